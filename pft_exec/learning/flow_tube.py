@@ -1,0 +1,263 @@
+"""A probabilistic flow tube: a Gaussian over tool poses at each step, in one scene."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pft_exec.exceptions import InvalidFlowTubeError
+from pft_exec.geometry import (
+    Array,
+    Pose,
+    interpolate_quaternion,
+    mirror_covariance,
+    mirror_positions,
+    mirror_quaternions,
+    multiply,
+    read_only,
+    rotate,
+    sign_continuous,
+)
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedDemonstrations:
+    """The demonstrations a tube came from, carried into its scene and aligned to its N steps.
+
+    Parameters
+    ----------
+    position : (K, N, 3), m, world frame
+    quaternion : (K, N, 4), (x, y, z, w), or None
+    time : (K, N), s
+        When demonstration k passed step n; non-decreasing along n, 0 where its motion begins.
+    """
+
+    position: Array
+    quaternion: Array | None
+    time: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", read_only(self.position))
+        object.__setattr__(self, "time", read_only(self.time))
+        if self.quaternion is not None:
+            object.__setattr__(self, "quaternion", read_only(self.quaternion))
+
+
+@dataclass(frozen=True, eq=False)
+class TubeState:
+    """One instant of a tube: what `FlowTube.at` returns. Units and frames are those of `FlowTube`."""
+
+    time: float
+    position: Array
+    quaternion: Array | None
+    covariance: Array
+    time_deviation: float
+    continuous: Mapping[str, float]
+    continuous_deviation: Mapping[str, float]
+    discrete: Mapping[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class FlowTube:
+    """A Gaussian over tool poses at each of N steps, for one scene.
+
+    Parameters
+    ----------
+    label : str
+        The motion.
+    time : (N,), s
+        Mean time at which each step is passed; non-decreasing from 0.
+    position : (N, 3), m, world frame
+    quaternion : (N, 4), (x, y, z, w), or None
+    covariance : (N, 3, 3) or (N, 6, 6), m^2, rad^2
+        Of position (world axes), then of the rotation vector of ``mean^-1 * sample`` (tool frame); positive definite.
+    time_deviation : (N,), s
+        Standard deviation of `time`; zeros where None.
+    continuous, continuous_deviation : {name: (N,)}
+        Mean and standard deviation of each continuous signal.
+    discrete : {name: (N, V)}
+        Probability of each value of each discrete signal; the values are ``discrete_values[name]`` (V,).
+    count : int
+        Number of demonstrations the tube came from; 0 where it was made from plain arrays.
+    aligned : AlignedDemonstrations or None
+        Evidence the recognizer and the pictures use.
+
+    Raises
+    ------
+    InvalidFlowTubeError
+        If a shape is wrong, a number is not finite, time decreases, or a covariance is not positive definite.
+
+    Notes
+    -----
+    [Dong2012]_, section 3: ``PFT = <T, Sigma, I, G>``; `precision` is I and `log_normalizer` is G of Algorithm 1.
+    """
+
+    label: str
+    time: Array
+    position: Array
+    quaternion: Array | None = None
+    covariance: Array = field(default_factory=lambda: np.empty(0))
+    time_deviation: Array | None = None
+    continuous: Mapping[str, Array] = field(default_factory=dict)
+    continuous_deviation: Mapping[str, Array] = field(default_factory=dict)
+    discrete: Mapping[str, Array] = field(default_factory=dict)
+    discrete_values: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
+    count: int = 0
+    aligned: AlignedDemonstrations | None = None
+
+    def __post_init__(self) -> None:
+        count = np.asarray(self.time).size
+        size = 3 if self.quaternion is None else 6
+        time = self._array("time", self.time, (count,))
+        if count < 2:
+            raise self._error(f"at least 2 steps are needed; got {count}.")
+        if (np.diff(time) < 0.0).any():
+            raise self._error("time must not decrease from step to step.")
+        deviation = np.zeros(count) if self.time_deviation is None else self.time_deviation
+        covariance = self._array("covariance", self.covariance, (count, size, size))
+        try:
+            np.linalg.cholesky(covariance)
+        except np.linalg.LinAlgError as error:
+            raise self._error("each covariance must be symmetric and positive definite.") from error
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "position", self._array("position", self.position, (count, 3)))
+        object.__setattr__(self, "covariance", covariance)
+        object.__setattr__(self, "time_deviation", self._array("time_deviation", deviation, (count,)))
+        if self.quaternion is not None:
+            quaternion = sign_continuous(self._array("quaternion", self.quaternion, (count, 4)))
+            object.__setattr__(self, "quaternion", read_only(quaternion))
+        for name in ("continuous", "continuous_deviation", "discrete", "discrete_values"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        mappings = ("continuous", "continuous_deviation", "discrete", "discrete_values")
+        names = tuple(self.__dataclass_fields__)
+        return FlowTube, tuple(dict(getattr(self, n)) if n in mappings else getattr(self, n) for n in names)
+
+    def _error(self, message: str) -> InvalidFlowTubeError:
+        return InvalidFlowTubeError(f"flow tube of {self.label!r}: {message}")
+
+    def _array(self, name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+        array = read_only(values)
+        if array.shape != shape:
+            raise self._error(f"{name} must have shape {shape}; got {array.shape}.")
+        if not np.isfinite(array).all():
+            raise self._error(f"{name} must be finite.")
+        return array
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @cached_property
+    def precision(self) -> Array:
+        """Inverse covariance (N, d, d): I of [Dong2012]_, Algorithm 1."""
+        inverse: Array = np.linalg.inv(self.covariance).astype(float)
+        return inverse
+
+    @cached_property
+    def log_normalizer(self) -> Array:
+        """(N,): ``-log((2 pi)^(d/2) |Sigma|^(1/2))``: G of [Dong2012]_, Algorithm 1."""
+        size = self.covariance.shape[-1]
+        normalizer: Array = -0.5 * (size * np.log(2.0 * np.pi) + np.linalg.slogdet(self.covariance)[1].astype(float))
+        return normalizer
+
+    @property
+    def duration(self) -> float:
+        """Mean duration, s."""
+        return float(self.time[-1] - self.time[0])
+
+    @cached_property
+    def phase(self) -> Array:
+        """(N,): phase of each step, evenly from 0 to 1."""
+        return np.linspace(0.0, 1.0, len(self))
+
+    @property
+    def start(self) -> Pose:
+        """Mean tool pose at the first step, world frame; identity orientation where the tube has none."""
+        return self._pose(0)
+
+    @property
+    def end(self) -> Pose:
+        """Mean tool pose at the last step, world frame; identity orientation where the tube has none."""
+        return self._pose(-1)
+
+    def _pose(self, index: int) -> Pose:
+        return (
+            Pose(self.position[index])
+            if self.quaternion is None
+            else Pose(self.position[index], self.quaternion[index])
+        )
+
+    def at(self, phase: float) -> TubeState:
+        """The tube at a phase in [0, 1], linearly (orientation geodesically) interpolated between steps.
+
+        Raises
+        ------
+        InvalidFlowTubeError
+            If the phase lies outside [0, 1].
+        """
+        if not 0.0 <= phase <= 1.0:
+            raise self._error(f"phase must lie in [0, 1]; got {phase}.")
+        place = phase * (len(self) - 1)
+        index = min(int(place), len(self) - 2)
+        ratio = place - index
+
+        def between(values: Array) -> Any:
+            return (1.0 - ratio) * values[index] + ratio * values[index + 1]
+
+        quaternion = self.quaternion
+        deviation = self.time_deviation if self.time_deviation is not None else np.zeros(len(self))
+        return TubeState(
+            time=float(between(self.time)),
+            position=between(self.position),
+            quaternion=None
+            if quaternion is None
+            else interpolate_quaternion(quaternion[index], quaternion[index + 1], ratio),
+            covariance=between(self.covariance),
+            time_deviation=float(between(deviation)),
+            continuous={name: float(between(values)) for name, values in self.continuous.items()},
+            continuous_deviation={name: float(between(values)) for name, values in self.continuous_deviation.items()},
+            discrete={name: between(values) for name, values in self.discrete.items()},
+        )
+
+    def mirrored(self, plane: Pose | None = None) -> FlowTube:
+        """The tube mirrored in the xz plane of `plane` (identity where None)."""
+        aligned = self.aligned
+        return replace(
+            self,
+            position=mirror_positions(self.position, plane),
+            quaternion=None if self.quaternion is None else mirror_quaternions(self.quaternion, plane),
+            covariance=mirror_covariance(self.covariance, plane),
+            aligned=None
+            if aligned is None
+            else AlignedDemonstrations(
+                mirror_positions(aligned.position, plane),
+                None if aligned.quaternion is None else mirror_quaternions(aligned.quaternion, plane),
+                aligned.time,
+            ),
+        )
+
+    def transformed(self, transform: Pose) -> FlowTube:
+        """The tube seen from another frame: `transform` is the pose of today's frame in the new one."""
+        turn = np.eye(self.covariance.shape[-1])
+        turn[:3, :3] = transform.rotation
+        aligned = self.aligned
+        return replace(
+            self,
+            position=transform.apply(self.position),
+            quaternion=None if self.quaternion is None else multiply(transform.quaternion, self.quaternion),
+            covariance=turn @ self.covariance @ turn.T,
+            aligned=None
+            if aligned is None
+            else AlignedDemonstrations(
+                rotate(transform.quaternion, aligned.position) + transform.position,
+                None if aligned.quaternion is None else multiply(transform.quaternion, aligned.quaternion),
+                aligned.time,
+            ),
+        )
