@@ -2,9 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+
+from pft_exec.geometry import Array
+
+
+class LabelValues(Mapping[str, float]):
+    """A read-only mapping from labels to floats over an array, so that a thousand labels cost one array a sample.
+
+    Parameters
+    ----------
+    index : {label: int}
+        Where each label stands in `values`; shared between beliefs.
+    values : (M,)
+    """
+
+    __slots__ = ("_index", "_values")
+
+    def __init__(self, index: Mapping[str, int], values: Array) -> None:
+        self._index = index
+        self._values = values
+
+    def __getitem__(self, label: str) -> float:
+        return float(self._values[self._index[label]])
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._index)
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __repr__(self) -> str:
+        return repr(dict(self))
+
+    def __reduce__(self) -> tuple[type[LabelValues], tuple[dict[str, int], Array]]:
+        return LabelValues, (dict(self._index), self._values)
 
 
 @dataclass(frozen=True)
@@ -41,4 +75,6 @@ class Belief:
 
     def __post_init__(self) -> None:
         for name in ("probability", "log_likelihood", "phase", "time_to_completion"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            values = getattr(self, name)
+            if not isinstance(values, LabelValues):
+                object.__setattr__(self, name, MappingProxyType(dict(values)))
