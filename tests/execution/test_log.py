@@ -1,0 +1,91 @@
+"""The log of a run survives its file bit for bit, and anything else is refused."""
+
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from pft_exec.demonstration.hdf5 import write_file
+from pft_exec.exceptions import StorageError
+from pft_exec.execution.log import FORMAT, VERSION, BeliefHistory, ExecutionLog, LogRecorder, Stage
+
+
+def recorded(rows: int = 5) -> ExecutionLog:
+    generator = np.random.default_rng(1)
+    recorder = LogRecorder()
+    for index in range(rows):
+        joints = {
+            name: generator.normal(size=7)
+            for name in (
+                "configuration",
+                "velocity",
+                "torque",
+                "reference_position",
+                "reference_velocity",
+                "reference_acceleration",
+            )
+        }
+        recorder.add(
+            time=0.001 * index,
+            position=generator.normal(size=3),
+            quaternion=[0.0, 0.0, 0.0, 1.0],
+            phase=np.nan if index < 2 else 0.5,
+            stage=Stage.GUIDED if index < 2 else Stage.TUBE,
+            hand_force=1.0,
+            tick=1e-4,
+            **joints,
+        )
+    recorder.belief(0.0, {"reach": 0.4, "go_home": 0.6}, 0.1)
+    recorder.event(0.002, "take_over", "go_home at 0.97")
+    recorder.event(0.003, "take_over", "again")
+    about = {"robot": "pr2", "task": "tabletop", "arm": "left", "label": "go_home", "details": {"end_error": 1e-3}}
+    return recorder.finish(True, "the motion was finished", **about)
+
+
+def test_a_saved_log_is_loaded_bit_for_bit(tmp_path):
+    log = recorded()
+    log.save(tmp_path / "log.h5")
+    loaded = ExecutionLog.load(tmp_path / "log.h5")
+    for field in fields(log):
+        before, after = getattr(log, field.name), getattr(loaded, field.name)
+        if isinstance(before, BeliefHistory):
+            assert before.labels == after.labels
+            for name in ("time", "probability", "unknown"):
+                np.testing.assert_array_equal(getattr(before, name), getattr(after, name))
+        elif isinstance(before, np.ndarray):
+            assert before.dtype == after.dtype
+            np.testing.assert_array_equal(before, after)
+        else:
+            assert before == after
+
+
+def test_a_run_without_rows_or_beliefs_is_a_log_too(tmp_path):
+    LogRecorder().finish(False, "the scene is out of reach").save(tmp_path / "log.h5")
+    loaded = ExecutionLog.load(tmp_path / "log.h5")
+    assert len(loaded) == 0
+    assert loaded.reason == "the scene is out of reach"
+    assert loaded.belief.labels == ()
+
+
+def test_the_first_event_of_a_name_is_found():
+    log = recorded()
+    assert log.event("take_over").detail == "go_home at 0.97"
+    assert log.event("ask") is None
+
+
+def test_beliefs_are_kept_in_the_order_of_the_sorted_labels():
+    history = recorded().belief
+    assert history.labels == ("go_home", "reach")
+    np.testing.assert_array_equal(history.probability, [[0.6, 0.4]])
+
+
+def test_a_log_that_lacks_a_part_is_refused(tmp_path):
+    write_file(tmp_path / "log.h5", {"time": np.zeros(3)}, FORMAT, VERSION)
+    with pytest.raises(StorageError, match="lacks a part"):
+        ExecutionLog.load(tmp_path / "log.h5")
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path):
+    write_file(tmp_path / "other.h5", {}, "something else", 1)
+    with pytest.raises(StorageError, match="expected format 'pft_exec execution log'"):
+        ExecutionLog.load(tmp_path / "other.h5")
