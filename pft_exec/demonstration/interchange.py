@@ -1,0 +1,148 @@
+"""Interchange: recordings that others made, in NumPy and text files, as demonstrations."""
+
+from __future__ import annotations
+
+import csv
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pft_exec.demonstration.demonstration import Demonstration
+from pft_exec.exceptions import InvalidDemonstrationError, StorageError
+from pft_exec.geometry import Array, normalize_quaternion, quaternion_from_matrix
+
+_POSITION = ("x", "y", "z")
+_QUATERNION = ("qx", "qy", "qz", "qw")
+
+
+def convert_recordings(path: str | Path, scale: float = 1.0) -> list[Demonstration]:
+    """Read recordings from a ``.npz`` or ``.csv`` file.
+
+    Parameters
+    ----------
+    path : str or Path
+        ``.npz``: ``label[i]`` names the motion of recording i; ``pos_000i`` (N, 2 or 3), ``t_000i`` (N,),
+        optionally ``quat_000i`` (N, 4) (x, y, z, w), ``frame<j>_A_000i`` (d, d) and ``frame<j>_b_000i`` (d,):
+        rotation and origin of a frame, which becomes the object "frame<j>".
+        ``.csv``: a header with ``time``, ``x``, ``y`` and optionally ``z``, ``qx qy qz qw``, ``label``, and
+        ``demonstration`` (rows with the same value make one; without it, the file is one). Further columns
+        become continuous signals.
+    scale : float
+        What one unit of the file's positions is in m.
+
+    Returns
+    -------
+    list of Demonstration
+        Planar recordings have z = 0. Time counts from the first sample.
+
+    Raises
+    ------
+    StorageError
+        If the file is missing, of another kind, or holds no recordings in one of these layouts.
+    InvalidDemonstrationError
+        If a recording's arrays make no demonstration.
+    """
+    path = Path(path)
+    readers = {".npz": _from_npz, ".csv": _from_csv}
+    if path.suffix.lower() not in readers:
+        raise StorageError(
+            f"{path}: recordings are converted from .npz or .csv files; got {path.suffix or 'no suffix'!r}."
+        )
+    if not path.is_file():
+        raise StorageError(f"there is no file {path}." if not path.exists() else f"{path} is a folder, not a file.")
+    return readers[path.suffix.lower()](path, float(scale))
+
+
+def _from_npz(path: Path, scale: float) -> list[Demonstration]:
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise StorageError(f"{path} is truncated or no NumPy archive of plain arrays ({error}).") from error
+    if "label" not in arrays:
+        raise StorageError(f"{path} holds no recordings: the array 'label' is missing; it has {sorted(arrays)[:5]}.")
+    return [_npz_demonstration(path, arrays, index, scale) for index in range(arrays["label"].size)]
+
+
+def _npz_demonstration(path: Path, arrays: Mapping[str, Any], index: int, scale: float) -> Demonstration:
+    def named(kind: str) -> Any:
+        key = f"{kind}_{index:04d}"
+        if key not in arrays:
+            raise StorageError(f"{path}: recording {index} lacks the array {key!r}.")
+        return arrays[key]
+
+    time = np.asarray(named("t"), dtype=float)
+    quaternion = named("quat") if f"quat_{index:04d}" in arrays else None
+    frames = sorted(key.split("_")[0] for key in arrays if key.startswith("frame") and key.endswith(f"_b_{index:04d}"))
+    return Demonstration(
+        label=str(arrays["label"].ravel()[index]),
+        time=time - time[0],
+        position=scale * _spatial(named("pos")),
+        quaternion=None if quaternion is None else _unit(quaternion),
+        objects={
+            frame: np.concatenate([scale * _spatial(named(f"{frame}_b")), _frame_quaternion(named(f"{frame}_A"))])
+            for frame in frames
+        },
+    )
+
+
+def _spatial(values: ArrayLike) -> Array:
+    """Positions (..., 2 or 3) as (..., 3), z = 0 where there is none."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim == 0 or array.shape[-1] not in (2, 3):
+        raise InvalidDemonstrationError(f"positions must have 2 or 3 columns; got shape {array.shape}.")
+    return np.concatenate([array, np.zeros((*array.shape[:-1], 3 - array.shape[-1]))], axis=-1)
+
+
+def _unit(quaternion: ArrayLike) -> Array:
+    """Quaternions of foreign files, interpolated or rounded there, brought back to unit length within 5 %."""
+    array = np.asarray(quaternion, dtype=float)
+    norms = np.linalg.norm(array, axis=-1)
+    return normalize_quaternion(array) if (np.abs(norms - 1.0) < 0.05).all() else array
+
+
+def _frame_quaternion(matrix: NDArray[Any]) -> Array:
+    """Quaternion (x, y, z, w) of a rotation (2, 2) about z, or (3, 3)."""
+    full = np.eye(3)
+    full[: len(matrix), : len(matrix)] = matrix
+    return quaternion_from_matrix(full)
+
+
+def _from_csv(path: Path, scale: float) -> list[Demonstration]:
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file)
+            names, rows = list(reader.fieldnames or ()), list(reader)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise StorageError(f"{path} is no text table ({error}).") from error
+    missing = [name for name in ("time", "x", "y") if name not in names]
+    if missing or not rows:
+        raise StorageError(
+            f"{path} holds no recordings: columns time, x, y are needed; missing {missing}, {len(rows)} rows."
+        )
+    groups: dict[str, list[dict[str, str]]] = {}
+    for row in rows:
+        groups.setdefault(row.get("demonstration") or "0", []).append(row)
+    return [_csv_demonstration(path, names, group, scale) for group in groups.values()]
+
+
+def _csv_demonstration(path: Path, names: list[str], rows: list[dict[str, str]], scale: float) -> Demonstration:
+    def columns(wanted: tuple[str, ...]) -> Array:
+        try:
+            return np.array([[float(row[name]) for name in wanted] for row in rows])
+        except (TypeError, ValueError) as error:
+            raise StorageError(f"{path}: columns {wanted} must hold numbers ({error}).") from error
+
+    known = {"time", "label", "demonstration", *_POSITION, *_QUATERNION}
+    time = columns(("time",))[:, 0]
+    return Demonstration(
+        label=rows[0].get("label") or path.stem,
+        time=time - time[0],
+        position=scale * _spatial(columns(tuple(name for name in _POSITION if name in names))),
+        quaternion=_unit(columns(_QUATERNION)) if all(name in names for name in _QUATERNION) else None,
+        continuous={name: columns((name,))[:, 0] for name in names if name and name not in known},
+    )

@@ -1,0 +1,93 @@
+"""Segmentation: pieces of a recording, and a recording without its idle ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pft_exec.demonstration.demonstration import Demonstration
+from pft_exec.geometry import Array
+
+IDLE_SPEED = 0.02  # of the greatest smoothed speed; a resting hand's tremor stays below, the slowest motion above
+IDLE_WINDOW = 0.02  # of the duration over which speed is measured, so that tremor and quantization average out
+
+
+def split_at_keyframes(demonstration: Demonstration) -> list[Demonstration]:
+    """The pieces between keyframes, each a demonstration labelled ``label/1``, ``label/2``, ...
+
+    Neighbours share the sample at the keyframe, so that each piece begins where the last one ends
+    ([Dong2012]_, section 4.1). A demonstration without keyframes is returned as it is.
+    """
+    if not demonstration.keyframes:
+        return [demonstration]
+    cuts = [int(index) for index in np.searchsorted(demonstration.time, demonstration.keyframes)]
+    return _pieces(demonstration, cuts)
+
+
+def split_at_discrete_changes(demonstration: Demonstration) -> list[Demonstration]:
+    """The pieces between changes of any discrete signal, labelled ``label/1``, ``label/2``, ...
+
+    A change at sample n ends a piece there and begins the next. A demonstration in which nothing changes is
+    returned as it is.
+    """
+    changes = discrete_changes(demonstration)
+    return _pieces(demonstration, [int(index) for index in changes]) if len(changes) else [demonstration]
+
+
+def discrete_changes(demonstration: Demonstration) -> NDArray[np.int64]:
+    """Samples (M,) at which a discrete signal has another value than one sample before, increasing."""
+    changed = np.zeros(len(demonstration), dtype=bool)
+    for values in demonstration.discrete.values():
+        changed[1:] |= np.diff(values) != 0
+    return np.flatnonzero(changed).astype(np.int64)
+
+
+def moving_range(demonstration: Demonstration) -> tuple[int, int]:
+    """First and one past the last sample of the motion itself, idle ends left out; at least two samples.
+
+    Idle means slower than `IDLE_SPEED` of the greatest speed, over `IDLE_WINDOW` of the duration, in position and in
+    orientation alike. A recording that never moves is all motion.
+    """
+    speed = _speed(demonstration)
+    if not speed.max() > 0.0:
+        return 0, len(demonstration)
+    moving = np.flatnonzero(speed > IDLE_SPEED)
+    start, stop = int(moving[0]), int(moving[-1]) + 1
+    start = min(start, len(demonstration) - 2)
+    return start, max(stop, start + 2)
+
+
+def without_idle_ends(demonstration: Demonstration) -> Demonstration:
+    """The demonstration from the first to the last sample that moves; times stay as they were recorded."""
+    return demonstration.segment(*moving_range(demonstration))
+
+
+def _pieces(demonstration: Demonstration, cuts: list[int]) -> list[Demonstration]:
+    inner = sorted({min(max(cut, 1), len(demonstration) - 2) for cut in cuts} if len(demonstration) > 2 else set())
+    bounds = [0, *inner, len(demonstration) - 1]
+    pieces = [demonstration.segment(start, stop + 1) for start, stop in pairwise(bounds)]
+    return [_relabeled(piece, f"{demonstration.label}/{number}") for number, piece in enumerate(pieces, start=1)]
+
+
+def _relabeled(demonstration: Demonstration, label: str) -> Demonstration:
+    return replace(demonstration, label=label)
+
+
+def _speed(demonstration: Demonstration) -> Array:
+    """Speed (N,), each channel divided by its own greatest, the faster channel counts."""
+    time = demonstration.time
+    half = 0.5 * IDLE_WINDOW * demonstration.duration
+    before = np.maximum(np.searchsorted(time, time - half, side="right") - 1, 0)
+    after = np.minimum(np.searchsorted(time, time + half, side="left"), len(time) - 1)
+    span = np.maximum(time[after] - time[before], np.finfo(float).tiny)
+    speed = np.zeros(len(time))
+    for values in (demonstration.position, demonstration.quaternion):
+        if values is None:
+            continue
+        channel = np.linalg.norm(values[after] - values[before], axis=1) / span
+        if channel.max() > 0.0:
+            speed = np.maximum(speed, channel / channel.max())
+    return speed
