@@ -72,6 +72,10 @@ class DescriptionError(PFTError, ValueError):
     """A robot.toml or task.toml that cannot be read as one."""
 
 
+class ConfigurationError(PFTError, ValueError):
+    """Joint values that do not fit the arm."""
+
+
 class InvalidDemonstrationError(PFTError, ValueError):
     """Arrays that do not make a demonstration."""
 

@@ -318,7 +318,7 @@ def _gripper(
 
 def _mirrored_arm(file: Path, name: str, table: _ArmTable, complete: Mapping[str, ArmDescription]) -> ArmDescription:
     key = f"arms.{name}"
-    if table.mirrors not in complete:
+    if table.mirrors is None or table.mirrors not in complete:
         choices = suggestion(str(table.mirrors), tuple(complete))
         _refuse(file, f"{key}.mirrors", f"no arm that stands for itself is named {table.mirrors!r}.{choices}")
     other = complete[table.mirrors]

@@ -122,7 +122,7 @@ def _convert(value: Any, annotation: Any, place: _Place) -> Any:
         return _array(value, get_args(annotation), place)
     if origin in (dict, Mapping):
         return _free_table(value, get_args(annotation)[1], place)
-    if dataclasses.is_dataclass(annotation):
+    if isinstance(annotation, type) and dataclasses.is_dataclass(annotation):
         return _table(value, annotation, place)
     raise TypeError(f"a schema cannot hold {annotation!r}; see the docstring of {__name__}.")
 

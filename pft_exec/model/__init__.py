@@ -1,0 +1,18 @@
+"""Robots as mechanisms: where the tool is, what gravity asks of the motors, how to reach a pose.
+
+Stands between the description of a robot and everything that moves one. The only importer of pinocchio beside
+`pft_exec.control`; its index conventions and its shared memory stop here.
+"""
+
+from pft_exec.model.arm import Arm, ArmDynamics
+from pft_exec.model.limits import JointFriction, JointLimits
+from pft_exec.model.robot_model import RobotModel, load_robot
+
+__all__ = [
+    "Arm",
+    "ArmDynamics",
+    "JointFriction",
+    "JointLimits",
+    "RobotModel",
+    "load_robot",
+]
