@@ -1,0 +1,112 @@
+"""The motion library: every motion that was taught, tubes of all of them for a scene, and its file."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from pft_exec.demonstration import Demonstration, Scene
+from pft_exec.demonstration.hdf5 import read_file, write_file
+from pft_exec.demonstration.storage import contents_from_demonstration, demonstration_from_contents
+from pft_exec.exceptions import LearningError, MissingObjectError, UnknownMotionError
+from pft_exec.geometry import Pose
+from pft_exec.learning.flow_tube import FlowTube
+from pft_exec.learning.motion import Motion, learn_motion
+
+FORMAT = "pft_exec motion library"
+VERSION = 1
+
+
+@dataclass(frozen=True, eq=False)
+class MotionLibrary:
+    """Learned motions by label; made by `learn_library` or `MotionLibrary.load`."""
+
+    motions: Mapping[str, Motion]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "motions", MappingProxyType(dict(self.motions)))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return MotionLibrary, (dict(self.motions),)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the motions, in the order in which they were learned."""
+        return tuple(self.motions)
+
+    def __getitem__(self, label: str) -> Motion:
+        try:
+            return self.motions[label]
+        except KeyError:
+            raise UnknownMotionError("motion of the library", label, self.motions) from None
+
+    def __contains__(self, label: object) -> bool:
+        return label in self.motions
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.motions)
+
+    def __len__(self) -> int:
+        return len(self.motions)
+
+    def flow_tubes(
+        self, scene: Scene, start: Pose | None = None, substitute: Mapping[str, str] | None = None
+    ) -> dict[str, FlowTube]:
+        """Tubes of all motions in a scene; a motion whose object is missing is left out with a warning."""
+        tubes: dict[str, FlowTube] = {}
+        for label, motion in self.motions.items():
+            try:
+                tubes[label] = motion.flow_tube(scene, start, substitute)
+            except MissingObjectError as error:
+                warnings.warn(f"motion {label!r} is left out: {error}", RuntimeWarning, stacklevel=2)
+        return tubes
+
+    def mirrored(self, plane: Pose | None = None) -> MotionLibrary:
+        """Every motion as the other arm would make it."""
+        return MotionLibrary({label: motion.mirrored(plane) for label, motion in self.motions.items()})
+
+    def describe(self) -> str:
+        """The decisions of all motions, one line each."""
+        return "\n".join(motion.describe() for motion in self.motions.values())
+
+    def save(self, path: str | Path) -> Path:
+        """Write the library as HDF5: demonstrations, method and overrules, from which loading learns the same anew."""
+        motions = [
+            {
+                "label": motion.label,
+                "method": motion.method,
+                "relevant": {end: list(names) for end, names in motion.relevant.items()},
+                "demonstrations": [contents_from_demonstration(d) for d in motion.demonstrations],
+            }
+            for motion in self.motions.values()
+        ]
+        return write_file(path, {"motions": motions}, FORMAT, VERSION)
+
+    @classmethod
+    def load(cls, path: str | Path) -> MotionLibrary:
+        """Read a library that `save` wrote; learning is deterministic, so it equals what was saved."""
+        motions = {}
+        for stored in read_file(path, FORMAT, VERSION)["motions"]:
+            demonstrations = [demonstration_from_contents(d) for d in stored["demonstrations"]]
+            motions[stored["label"]] = learn_motion(demonstrations, stored["method"], stored["relevant"])
+        return cls(motions)
+
+
+def learn_library(demonstrations: Iterable[Demonstration], method: str = "robust") -> MotionLibrary:
+    """Learn every motion of some demonstrations, grouped by label in order of appearance.
+
+    Raises
+    ------
+    LearningError
+        If there is no demonstration, or a label has too few.
+    """
+    groups: dict[str, list[Demonstration]] = {}
+    for demonstration in demonstrations:
+        groups.setdefault(demonstration.label, []).append(demonstration)
+    if not groups:
+        raise LearningError("a library is learned from demonstrations; got none.")
+    return MotionLibrary({label: learn_motion(group, method) for label, group in groups.items()})

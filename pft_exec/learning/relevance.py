@@ -1,0 +1,133 @@
+r"""Which frame explains each end of a motion best: a competition of frames with a posterior.
+
+Derivation (ours). Seen in frame :math:`f`, one end of K demonstrations leaves a sum of squares :math:`S_f` about its
+mean with :math:`\nu = d (K - 1)` degrees of freedom. All frames are rigid motions of one another, so likelihoods
+:math:`\sigma^{-\nu} \exp(-S_f / 2 \sigma^2)` of different frames compare directly: the ratio of two is the F test of
+their variances. A relevant frame holds the end as precisely as a demonstrator works, :math:`\sigma \sim` log-normal
+about :math:`\sigma_r`, which both ends of the motion share; where nothing is relevant the end scatters in the world
+with a :math:`\sigma` of the order of the motion. Both are marginalized on a grid, in units of the extent of the motion
+(radians for orientation), so that a change of units changes nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pft_exec.geometry import Array
+from pft_exec.learning.frames import Candidate
+from pft_exec.learning.variables import ABSOLUTE, NONE, START
+
+PRECISION = 0.015  # median standard deviation per axis of a relevant end, in extents; prior, spread over decades
+PRECISION_LOG_DEVIATION = 0.8
+SHARED_LOG_DEVIATION = 0.5  # how far the precisions of the two ends of one motion lie apart
+SCATTER = 0.15  # median standard deviation per axis of an end that nothing determines, in extents; prior
+SCATTER_LOG_DEVIATION = 0.55
+FLOOR = 0.002  # in extents: a spread below it is as good as none
+PRIOR = {NONE: 2.0, ABSOLUTE: 1.0, START: 1.0, "objects": 1.0}  # before seeing the data; all objects share theirs
+DECISIVE = 0.9  # posterior below which a decision counts as ambiguous
+TURN_EXTENT = 1.0  # rad, the extent that orientations are measured by
+
+_GRID = np.linspace(np.log(2e-4), np.log(2.0), 120)
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Posterior of the candidates at one end.
+
+    Parameters
+    ----------
+    candidates : list of C candidates
+    posterior : (C + 1,)
+        The last entry is "none".
+    """
+
+    candidates: Sequence[Candidate]
+    posterior: Array
+
+    def by_name(self) -> dict[str, float]:
+        """Posterior of each name, its kinds of axes added up; "" is none."""
+        total: dict[str, float] = {}
+        for candidate, probability in zip(self.candidates, self.posterior, strict=False):
+            total[candidate.name] = total.get(candidate.name, 0.0) + float(probability)
+        return total | {NONE: float(self.posterior[-1])}
+
+
+def _log_normal(log_value: Array, log_median: Array | float, deviation: float) -> Array:
+    density: Array = np.exp(-0.5 * ((log_value - log_median) / deviation) ** 2)
+    weights: Array = density / density.sum(axis=-1, keepdims=True)
+    return weights
+
+
+def _log_likelihoods(candidates: Sequence[Candidate], extent: float, dimension: int) -> Array:
+    """(C, G): log likelihood of each candidate on the grid of standard deviations, in extents."""
+    degrees = dimension * (len(candidates[0].residual) - 1)
+    squares = np.array([np.sum(c.residual**2) for c in candidates]) / extent**2 + degrees * FLOOR**2
+    return -degrees * _GRID - 0.5 * squares[:, None] * np.exp(-2.0 * _GRID)
+
+
+def _prior(names: Sequence[str]) -> Array:
+    """(C,): prior weight of each candidate; kinds of axes share that of their frame."""
+    objects = len(set(names) - {ABSOLUTE, START})
+    return np.array([PRIOR.get(n, PRIOR["objects"] / max(objects, 1)) / names.count(n) for n in names])
+
+
+def _hypotheses(candidates: Sequence[Candidate], extent: float, dimension: int) -> Array:
+    """(C + 1, G): prior times likelihood of each hypothesis, given each shared precision; none comes last."""
+    log_likelihood = _log_likelihoods(candidates, extent, dimension)
+    likelihood = np.exp(log_likelihood - log_likelihood.max())
+    around = _log_normal(_GRID[None, :], _GRID[:, None], SHARED_LOG_DEVIATION)
+    names = [c.name for c in candidates]
+    tied = _prior(names)[:, None] * (likelihood @ around.T)
+    scatter = _log_normal(_GRID, np.log(SCATTER), SCATTER_LOG_DEVIATION)
+    free = PRIOR[NONE] * float(likelihood[names.index(ABSOLUTE)] @ scatter)
+    return np.vstack([tied, np.full(len(_GRID), free)])
+
+
+def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float) -> list[Evidence]:
+    """Posterior of the frames at the ends of one motion, which share a precision.
+
+    Parameters
+    ----------
+    ends : candidates of each end
+    extent : float
+        Size of the motion, m; `TURN_EXTENT` rad for orientations.
+    """
+    seen = max(np.linalg.matrix_rank(c.residual, tol=1e-9 * extent) for end in ends for c in end)
+    dimension = max(int(min(seen, 3)), 1)
+    if len(ends[0][0].residual) - 1 < 3:
+        dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for e in ends for c in e], axis=0))))
+    hypotheses = [_hypotheses(end, extent, dimension) for end in ends]
+    shared = _log_normal(_GRID, np.log(PRECISION), PRECISION_LOG_DEVIATION)
+    found = []
+    for index, end in enumerate(ends):
+        others = np.prod([h.sum(axis=0) for i, h in enumerate(hypotheses) if i != index], axis=0)
+        posterior = (hypotheses[index] * shared * others).sum(axis=1)
+        found.append(Evidence(end, posterior / posterior.sum()))
+    return found
+
+
+def choose_frame(evidence: Evidence, near: float) -> tuple[str, tuple[str, ...]]:
+    """The frame an end is tied to, and every frame (or "") that the demonstrations do not rule out.
+
+    Parameters
+    ----------
+    evidence : Evidence
+    near : float
+        An object closer than this to the end is what a person would take the motion to be about, m; 0 where
+        distance says nothing.
+    """
+    by_name = evidence.by_name()
+    best = max(by_name, key=lambda name: by_name[name])
+    if by_name[best] >= DECISIVE or best == NONE:
+        return best, (best, *(n for n, p in by_name.items() if n != best and p > 1.0 - DECISIVE))
+    rivals = [n for n, p in by_name.items() if p > 0.1 * by_name[best]]
+    distance = {c.name: float(np.linalg.norm(c.offset)) for c in evidence.candidates}
+    close = [n for n in rivals if n not in (ABSOLUTE, START, NONE) and distance[n] < near]
+    if close:
+        best = min(close, key=lambda name: distance[name])
+    elif ABSOLUTE in rivals:
+        best = ABSOLUTE
+    return best, (best, *(n for n in rivals if n != best))
