@@ -1,9 +1,24 @@
 """Robots and tasks as data: TOML files become frozen dataclasses, strictly.
 
 A robot's folder says what the robot is, a task's folder what is to be done; neither names the other. The model, the
-simulator and the demonstrator read them from here.
+simulator and the demonstrator read them from here. `placement` draws scenes and starts from a task, `path` turns a
+motion's waypoints into poses, `clearance` measures free space, `success` judges an end, and `randomness` keeps what
+is taught apart from what is evaluated.
 """
 
+from pft_exec.description.clearance import hand_clearance, object_clearance
+from pft_exec.description.motion import MotionDescription
+from pft_exec.description.object import BoxShape, CylinderShape, ObjectDescription
+from pft_exec.description.path import Waypoints, nominal_goal, resolve_waypoints
+from pft_exec.description.placement import (
+    Setting,
+    draw_scene,
+    draw_setting,
+    draw_settings,
+    draw_start,
+    path_is_free,
+)
+from pft_exec.description.randomness import random_stream
 from pft_exec.description.robot import (
     ArmDescription,
     CounterbalanceDescription,
@@ -14,14 +29,36 @@ from pft_exec.description.robot import (
     load_robot_description,
 )
 from pft_exec.description.strict import read_strictly
+from pft_exec.description.success import Verdict, judge_motion
+from pft_exec.description.task import TaskDescription, load_task
 
 __all__ = [
     "ArmDescription",
+    "BoxShape",
     "CounterbalanceDescription",
+    "CylinderShape",
     "Graded",
     "GripperDescription",
+    "MotionDescription",
+    "ObjectDescription",
     "Provenance",
     "RobotDescription",
+    "Setting",
+    "TaskDescription",
+    "Verdict",
+    "Waypoints",
+    "draw_scene",
+    "draw_setting",
+    "draw_settings",
+    "draw_start",
+    "hand_clearance",
+    "judge_motion",
     "load_robot_description",
+    "load_task",
+    "nominal_goal",
+    "object_clearance",
+    "path_is_free",
+    "random_stream",
     "read_strictly",
+    "resolve_waypoints",
 ]

@@ -1,0 +1,119 @@
+"""Objects of a task: shapes, furniture, placements, and the free space that they keep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from pft_exec.description.quantities import FixedPose, Range, Vector, check_positive, check_range
+
+
+@dataclass(frozen=True)
+class BoxShape:
+    """A box: full lengths along its own x, y, z, m."""
+
+    kind: Literal["box"]
+    size: Vector
+
+    def __post_init__(self) -> None:
+        check_positive("size", *self.size)
+
+    @property
+    def height(self) -> float:
+        """Extent along z, m."""
+        return self.size[2]
+
+    @property
+    def outline(self) -> float:
+        """Radius of the upright cylinder around it, m."""
+        return 0.5 * float((self.size[0] ** 2 + self.size[1] ** 2) ** 0.5)
+
+
+@dataclass(frozen=True)
+class CylinderShape:
+    """An upright cylinder: radius and height, m; its axis is z."""
+
+    kind: Literal["cylinder"]
+    radius: float
+    height: float
+
+    def __post_init__(self) -> None:
+        check_positive("radius and height", self.radius, self.height)
+
+    @property
+    def outline(self) -> float:
+        """Radius of the upright cylinder around it, m."""
+        return self.radius
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where an object may stand: on top of a fixed one, x, y, m, and yaw, rad, drawn from these ranges, world frame."""
+
+    on: str
+    x: Range
+    y: Range
+    yaw: Range = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        check_range("x", self.x, "m")
+        check_range("y", self.y, "m")
+        check_range("yaw", self.yaw, "rad")
+
+
+@dataclass(frozen=True)
+class ObjectDescription:
+    """One object.
+
+    Parameters
+    ----------
+    shape : BoxShape or CylinderShape
+        Its frame stands in the middle of it.
+    mass : float, kg
+        Of an object that is placed; a fixed one has none.
+    friction : float
+        Lateral friction coefficient.
+    color : (3,)
+        Red, green, blue in [0, 1].
+    symmetry : "none" or "z"
+        "z": turned about its own z axis it is the same.
+    fixed, placement : FixedPose or Placement
+        One of the two: furniture, which is no part of a scene, or an object whose pose is drawn.
+
+    Raises
+    ------
+    DescriptionError
+        If it has both or neither of `fixed` and `placement`, or a placed object has no mass.
+    """
+
+    shape: BoxShape | CylinderShape
+    mass: float = 0.0
+    friction: float = 1.0
+    color: Vector = (0.6, 0.6, 0.6)
+    symmetry: Literal["none", "z"] = "none"
+    fixed: FixedPose | None = None
+    placement: Placement | None = None
+
+    def __post_init__(self) -> None:
+        if (self.fixed is None) == (self.placement is None):
+            raise ValueError("an object is either fixed (a pose) or has a placement (ranges); give exactly one.")
+        if self.placement is not None:
+            check_positive("mass of an object that is placed", self.mass)
+
+
+@dataclass(frozen=True)
+class HandEnvelope:
+    """Room of a hand: a capsule on the tool's x axis from `behind` to `ahead` of the tool, m, and a `gap` around it."""
+
+    behind: float
+    ahead: float
+    radius: float
+    gap: float = 0.0
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Free space that drawn scenes and paths keep: between outlines of objects, m, and around the hand."""
+
+    objects: float
+    hand: HandEnvelope

@@ -1,0 +1,164 @@
+"""A task: objects and where they may stand, motions as waypoints with the relations they obey, and success, as data.
+
+A ``task.toml`` becomes frozen dataclasses; `placement` draws scenes from them, `path` turns waypoints into poses and
+`success` judges an end. Written for a right-hand arm; `TaskDescription.mirrored` is the same task for the left one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import MappingProxyType
+
+from pft_exec.assets import task_file
+from pft_exec.description.motion import ABSOLUTE, NONE, START, WORLD, MotionDescription, StartDescription
+from pft_exec.description.object import Clearance, ObjectDescription
+from pft_exec.description.quantities import FixedPose, Region
+from pft_exec.description.strict import read_strictly, suggestion
+from pft_exec.exceptions import DescriptionError, UnknownMotionError
+from pft_exec.geometry import Pose
+
+
+@dataclass(frozen=True)
+class _TaskFile:
+    """What stands in a task.toml."""
+
+    title: str
+    robot_base: FixedPose
+    workspace: Region
+    clearance: Clearance
+    start: StartDescription
+    objects: dict[str, ObjectDescription]
+    motions: dict[str, MotionDescription]
+
+
+@dataclass(frozen=True)
+class TaskDescription:
+    """A task: objects, motions, where the tool begins and may be, and where the robot stands; names no robot.
+
+    Parameters
+    ----------
+    name, title : str
+    folder : Path
+        Where its files are.
+    robot_base : Pose
+        Of the robot's base, world frame.
+    workspace : Region
+        Where the tool may be, world frame; of the unmirrored task.
+    clearance : Clearance
+    start : StartDescription
+        For motions without one of their own; of the unmirrored task.
+    objects : mapping of name to ObjectDescription
+    motions : mapping of label to MotionDescription
+    mirror : Pose or None
+        The frame in whose xz plane everything drawn or resolved is mirrored; None is the task as written.
+    """
+
+    name: str
+    title: str
+    folder: Path
+    robot_base: Pose
+    workspace: Region
+    clearance: Clearance
+    start: StartDescription
+    objects: Mapping[str, ObjectDescription]
+    motions: Mapping[str, MotionDescription]
+    mirror: Pose | None = None
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the motions, in the order of the file."""
+        return tuple(self.motions)
+
+    def motion(self, label: str) -> MotionDescription:
+        """The motion of that label.
+
+        Raises
+        ------
+        UnknownMotionError
+            If the task has none.
+        """
+        if label not in self.motions:
+            raise UnknownMotionError("motion", label, self.motions, f"They are the motions of task {self.name!r}.")
+        return self.motions[label]
+
+    def start_of(self, label: str) -> StartDescription:
+        """Where the tool stands before that motion, in the unmirrored task."""
+        return self.motion(label).start or self.start
+
+    @property
+    def placed(self) -> tuple[str, ...]:
+        """Names of the objects that make a scene: all but the fixed ones."""
+        return tuple(name for name, item in self.objects.items() if item.placement is not None)
+
+    @property
+    def symmetric(self) -> frozenset[str]:
+        """Names of the objects that look the same when turned about their z axis."""
+        return frozenset(name for name, item in self.objects.items() if item.symmetry == "z")
+
+    def relations(self, label: str) -> dict[str, str]:
+        """What each end of a motion keeps its relation to, such as ``{"end.position": "bottle", ...}``."""
+        ends = self.motion(label).relations
+        return {
+            f"{when}.{what}": getattr(getattr(ends, when), what)
+            for when in ("start", "end")
+            for what in ("position", "orientation")
+        }
+
+    def mirrored(self, plane: Pose | None = None) -> TaskDescription:
+        """The task for the other arm: all that is drawn from it is mirrored in the xz plane of `plane`.
+
+        The plane is that of the robot's base where None; mirrored twice it is the task as written.
+        """
+        return replace(self, mirror=None if self.mirror is not None else plane or self.robot_base)
+
+
+def load_task(name_or_path: str | Path) -> TaskDescription:
+    """Load a task by its name, its folder or its ``task.toml``.
+
+    Raises
+    ------
+    UnknownTaskError
+        If there is no such task.
+    DescriptionError
+        If the file has an unknown or missing key or a wrong value, or refers to an object that it does not define.
+    """
+    path = task_file(name_or_path)
+    content = read_strictly(path, _TaskFile)
+    _check_references(path, content)
+    return TaskDescription(
+        name=path.parent.name,
+        title=content.title,
+        folder=path.parent,
+        robot_base=content.robot_base.pose,
+        workspace=content.workspace,
+        clearance=content.clearance,
+        start=content.start,
+        objects=MappingProxyType(content.objects),
+        motions=MappingProxyType(content.motions),
+    )
+
+
+def _check_references(path: Path, content: _TaskFile) -> None:
+    """Every name that one part of a task uses for another exists."""
+    fixed = tuple(name for name, item in content.objects.items() if item.fixed is not None)
+    placed = tuple(name for name in content.objects if name not in fixed)
+    for name, item in content.objects.items():
+        if name in (WORLD, START, ABSOLUTE, NONE):
+            raise DescriptionError(f"{path}: objects.{name}: that word has a meaning of its own; choose another name.")
+        if item.placement is not None:
+            _check_name(path, f"objects.{name}.placement.on", item.placement.on, fixed)
+    for label, motion in content.motions.items():
+        for index, waypoint in enumerate(motion.waypoints):
+            for part, frame in zip(("position", "orientation"), waypoint.frames, strict=True):
+                _check_name(path, f"motions.{label}.waypoints[{index}].{part}.frame", frame, (WORLD, START, *placed))
+        for when, ends in (("start", motion.relations.start), ("end", motion.relations.end)):
+            for part in ("position", "orientation"):
+                choices = (ABSOLUTE, NONE, START, *placed)
+                _check_name(path, f"motions.{label}.relations.{when}.{part}", getattr(ends, part), choices)
+
+
+def _check_name(path: Path, key: str, name: str, choices: tuple[str, ...]) -> None:
+    if name not in choices:
+        raise DescriptionError(f"{path}: {key}: nothing is named {name!r}.{suggestion(name, choices)}")
