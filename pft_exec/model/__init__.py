@@ -5,14 +5,19 @@ Stands between the description of a robot and everything that moves one. The onl
 """
 
 from pft_exec.model.arm import Arm, ArmDynamics
+from pft_exec.model.inverse_kinematics import InverseKinematics, JointPath, follow_path, solve_inverse_kinematics
 from pft_exec.model.limits import JointFriction, JointLimits
 from pft_exec.model.robot_model import RobotModel, load_robot
 
 __all__ = [
     "Arm",
     "ArmDynamics",
+    "InverseKinematics",
     "JointFriction",
     "JointLimits",
+    "JointPath",
     "RobotModel",
+    "follow_path",
     "load_robot",
+    "solve_inverse_kinematics",
 ]

@@ -115,6 +115,16 @@ class Arm:
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, {len(self.joint_names)} joints, tool {self.tool_frame!r})"
 
+    def check_configuration(self, q: ArrayLike) -> None:
+        """Refuse a configuration that does not fit.
+
+        Raises
+        ------
+        ConfigurationError
+            If `q` is not (n,).
+        """
+        self._checked(q)
+
     def _checked(self, q: ArrayLike, what: str = "configuration q", unit: str = "rad") -> Array:
         values = np.asarray(q, dtype=float)
         if values.shape != self._shape:
@@ -138,6 +148,13 @@ class Arm:
             self._model, self._data, self._checked(q), self._tool, _AT_TOOL
         )
         return jacobian
+
+    def kinematics(self, q: Array) -> tuple[Array, Array, Array]:
+        """Position (3,) m, rotation matrix (3, 3) and Jacobian (6, n) of the tool in one pass; `q` is not checked."""
+        pinocchio.computeJointJacobians(self._model, self._data, q)
+        placement = pinocchio.updateFramePlacement(self._model, self._data, self._tool)
+        jacobian = pinocchio.getFrameJacobian(self._model, self._data, self._tool, _AT_TOOL)
+        return placement.translation.copy(), placement.rotation.copy(), jacobian
 
     def gravity(self, q: ArrayLike) -> Array:
         """Torque (n,), N m, that holds the arm still against gravity, were there no springs."""
