@@ -1,9 +1,10 @@
 """What was taught: demonstrations, scenes, their recording, their storage and the recordings of others.
 
 The first room of the flow. Hand guiding fills a `Recorder`, which makes a `Demonstration`: arrays over time of the
-tool, the signals and the objects, with the `Scene` at its first sample. `save_demonstrations` and `load_demonstrations` keep
-them on disk bit for bit, `convert_recordings` reads what others recorded, and the segmentation cuts a long recording
-into motions. Nothing here knows a robot or a simulator: the recorder is handed arrays.
+tool, the signals and the objects, with the `Scene` at its first sample. `save_demonstrations` and
+`load_demonstrations` keep them on disk bit for bit, `convert_recordings` reads what others recorded, and the
+segmentation cuts a long recording into motions. Nothing here knows a robot or a simulator: the recorder is handed
+arrays.
 """
 
 from pft_exec.demonstration.demonstration import Demonstration

@@ -59,7 +59,7 @@ def convert_recordings(path: str | Path, scale: float = 1.0) -> list[Demonstrati
 
 def _from_npz(path: Path, scale: float) -> list[Demonstration]:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise StorageError(f"{path} is truncated or no NumPy archive of plain arrays ({error}).") from error
