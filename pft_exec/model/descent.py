@@ -15,12 +15,15 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio
+from numba import njit
+from numpy.typing import NDArray
 
 from pft_exec.geometry import Array
 from pft_exec.model.arm import Arm
 
+Flags = NDArray[np.bool_]
+
 LEVER = 0.3  # m per rad; about a forearm, so that both halves of the error weigh alike
-_WEIGHT = np.array([1.0, 1.0, 1.0, LEVER, LEVER, LEVER])
 _DAMPING = 1e-2  # c
 _LEAST_DAMPING = 1e-12  # lambda_0 squared, m^2; keeps a singular step finite
 _PULL = 0.3  # share of the way to the posture that one iteration goes while the error is large
@@ -54,43 +57,113 @@ def descend(arm: Arm, goal: tuple[Array, Array], start: Array, posture: Array, i
 
 def _looked_at(arm: Arm, goal: tuple[Array, Array], q: Array) -> Descent:
     position, rotation, jacobian = arm.kinematics(q)
-    error = np.empty(6)
-    error[:3] = goal[0] - position
-    error[3:] = pinocchio.log3(goal[1] @ rotation.T)
-    weighted = error * _WEIGHT
-    return Descent(q, error, jacobian, float(np.sqrt(weighted @ weighted)))
+    turn = pinocchio.log3(goal[1] @ rotation.T)
+    error, size = _pose_error(goal[0], position, turn)
+    return Descent(q, error, jacobian, size)
 
 
 def _step(arm: Arm, here: Descent, posture: Array) -> Array:
-    q, limits = here.configuration, arm.limits
-    error, jacobian = here.error * _WEIGHT, here.jacobian * _WEIGHT[:, None]
-    damping = _DAMPING * here.size**2 + _LEAST_DAMPING
-    pull = _PULL * min(1.0, here.size / _PULL_FADES) * (posture - q)
-    step = _damped(jacobian, error, pull, damping)
-    step *= min(1.0, _LARGEST_STEP / float(np.abs(step).max() + 1e-300))
-    down, up = limits.lower - q, limits.upper - q
-    if (step >= down).all() and (step <= up).all():
-        return step
-    return _within(jacobian, error, pull, damping, down, up)
-
-
-def _damped(jacobian: Array, error: Array, pull: Array, damping: float) -> Array:
-    squared = jacobian @ jacobian.T
-    squared.flat[::7] += damping
-    step: Array = pull + jacobian.T @ np.linalg.solve(squared, error - jacobian @ pull)
+    limits = arm.limits
+    step: Array = bounded_step(
+        here.jacobian, here.error, here.size, here.configuration, posture, limits.lower, limits.upper
+    )
     return step
 
 
-def _within(jacobian: Array, error: Array, pull: Array, damping: float, down: Array, up: Array) -> Array:
-    """Step between `down` and `up`: joints that would leave stop there, the others take over their share."""
-    is_free = np.ones(len(pull), dtype=bool)
-    fixed = np.zeros(len(pull))
-    for _ in range(len(pull)):
-        step = np.where(is_free, _damped(jacobian * is_free, error - jacobian @ fixed, pull * is_free, damping), fixed)
-        bounded = np.clip(step, np.maximum(down, -_LARGEST_STEP), np.minimum(up, _LARGEST_STEP))
-        leaving = is_free & (bounded != step)
-        if not leaving.any():
+@njit(cache=True)
+def _pose_error(goal: Array, position: Array, turn: Array) -> tuple[Array, float]:
+    error = np.empty(6)
+    size = 0.0
+    for i in range(3):
+        error[i] = goal[i] - position[i]
+        error[3 + i] = turn[i]
+        size += error[i] ** 2 + (LEVER * turn[i]) ** 2
+    return error, np.sqrt(size)
+
+
+@njit(cache=True)
+def bounded_step(
+    jacobian: Array, error: Array, size: float, q: Array, posture: Array, lower: Array, upper: Array
+) -> Array:
+    """One step (n,), rad, between the limits: joints that would leave stop there, the others take over their share.
+
+    Parameters
+    ----------
+    jacobian, error : (6, n) and (6,)
+        Of the tool; linear, then angular, base frame.
+    size : float, m
+        Weighted norm of the error.
+    q, posture, lower, upper : (n,), rad
+    """
+    count = len(q)
+    damping = _DAMPING * size * size + _LEAST_DAMPING
+    pull = (posture - q) * (_PULL * min(1.0, size / _PULL_FADES))
+    step = np.zeros(count)
+    is_free = np.ones(count, dtype=np.bool_)
+    for _ in range(count):
+        _damped_step(jacobian, error, pull, damping, is_free, step)
+        if not _stop_at_limits(q, lower, upper, is_free, step):
             break
-        fixed = np.where(leaving, bounded, fixed)
-        is_free &= ~leaving
-    return bounded
+    return step
+
+
+@njit(cache=True)
+def _stop_at_limits(q: Array, lower: Array, upper: Array, is_free: Flags, step: Array) -> bool:
+    """Stop joints whose step leaves the limits, in place; whether any joint was stopped."""
+    largest = 0.0
+    for i in range(len(q)):
+        largest = max(largest, abs(step[i])) if is_free[i] else largest
+    shrink = min(1.0, _LARGEST_STEP / largest) if largest > 0.0 else 1.0
+    is_stopped = False
+    for i in range(len(q)):
+        if is_free[i]:
+            step[i] *= shrink
+            bounded = min(max(step[i], lower[i] - q[i]), upper[i] - q[i])
+            if bounded != step[i]:
+                step[i], is_free[i], is_stopped = bounded, False, True
+    return is_stopped
+
+
+@njit(cache=True)
+def _damped_step(jacobian: Array, error: Array, pull: Array, damping: float, is_free: Flags, step: Array) -> None:
+    """Write into `step` the damped step of the free joints, given the steps of the stopped ones."""
+    squared = np.zeros((6, 6))
+    rest = np.empty(6)
+    for i in range(6):
+        weight = 1.0 if i < 3 else LEVER
+        rest[i] = weight * error[i]
+        for k in range(len(step)):
+            rest[i] -= weight * jacobian[i, k] * (pull[k] if is_free[k] else step[k])
+        for j in range(i + 1):
+            total = damping if i == j else 0.0
+            for k in range(len(step)):
+                if is_free[k]:
+                    total += jacobian[i, k] * jacobian[j, k] * weight * (1.0 if j < 3 else LEVER)
+            squared[i, j] = total
+    _solve_in_place(squared, rest)
+    for k in range(len(step)):
+        if is_free[k]:
+            step[k] = pull[k]
+            for i in range(6):
+                step[k] += jacobian[i, k] * rest[i] * (1.0 if i < 3 else LEVER)
+
+
+@njit(cache=True)
+def _solve_in_place(lower: Array, vector: Array) -> None:
+    """Solve ``A x = vector`` for symmetric positive definite A, lower half given, by its Cholesky factor."""
+    count = len(vector)
+    for j in range(count):
+        for k in range(j):
+            lower[j, j] -= lower[j, k] ** 2
+        lower[j, j] = np.sqrt(max(lower[j, j], 1e-30))
+        for i in range(j + 1, count):
+            for k in range(j):
+                lower[i, j] -= lower[i, k] * lower[j, k]
+            lower[i, j] /= lower[j, j]
+        for k in range(j):
+            vector[j] -= lower[j, k] * vector[k]
+        vector[j] /= lower[j, j]
+    for j in range(count - 1, -1, -1):
+        for i in range(j + 1, count):
+            vector[j] -= lower[i, j] * vector[i]
+        vector[j] /= lower[j, j]
