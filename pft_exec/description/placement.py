@@ -25,7 +25,7 @@ from pft_exec.geometry import (
     quaternion_from_rotation_vector,
 )
 
-_ATTEMPTS = 400
+_ATTEMPTS = 200
 _CELL_ATTEMPTS = 12
 _PATH_SAMPLES = 12  # along each straight piece between waypoints
 
