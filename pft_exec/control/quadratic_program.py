@@ -1,0 +1,110 @@
+r"""The quadratic program of one control period, and what a solver made of it.
+
+.. math::
+    \min_x \tfrac12 x^T H x + c^T x \quad\text{subject to}\quad l_b \le x \le u_b \;(\text{soft}),\;
+    l_r \le G x \le u_r \;(\text{hard or soft}).
+
+x are the joint accelerations. A *soft* row gives way where the hard ones leave no other choice, at the cost
+:math:`s^2 / (2 \epsilon\, a^T H^{-1} a)` of a violation s of row a: relative to the row's own curvature, so that the
+softness :math:`\epsilon` has no unit. Where the hard and soft rows can all hold, the violation is of order
+:math:`\epsilon` and of no account.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pft_exec.control.limits import Constraint
+from pft_exec.control.objectives import Objective
+from pft_exec.geometry import Array
+
+SOFTNESS = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticProgram:
+    """Cost, bounds and rows of one quadratic program.
+
+    Parameters
+    ----------
+    H : (n, n), symmetric, positive definite
+    c : (n,)
+    lower, upper : (n + m,)
+        First of the variables themselves, which are soft, then of the m rows.
+    G : (m, n)
+    soft : (n + m,), bool
+    """
+
+    H: Array
+    c: Array
+    G: Array
+    lower: Array
+    upper: Array
+    soft: np.ndarray
+
+    @property
+    def size(self) -> int:
+        """Number n of variables."""
+        return len(self.c)
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether cost and rows are finite numbers and no bound is NaN; a solver may call NaN a success."""
+        finite = np.isfinite(self.H).all() and np.isfinite(self.c).all() and np.isfinite(self.G).all()
+        return bool(finite and (self.lower <= self.upper).all())
+
+    def row_values(self, x: Array) -> Array:
+        """Values (n + m,) that lie between `lower` and `upper` at a solution."""
+        return np.concatenate([x, self.G @ x])
+
+    def violation(self, x: Array, soft: bool = False) -> float:
+        """Largest amount by which a hard (or soft) row is missed at x."""
+        values = self.row_values(x)
+        missed = np.maximum(self.lower - values, values - self.upper)
+        return float(np.max(missed[self.soft == soft], initial=0.0))
+
+
+def assemble(objective: Objective, bounds: tuple[Array, Array], constraints: Sequence[Constraint]) -> QuadraticProgram:
+    """Put an objective, soft bounds (n,), (n,) on the variables, and constraints together."""
+    soft = [np.ones(len(bounds[0]), dtype=bool)] + [np.full(len(row.lower), row.soft) for row in constraints]
+    return QuadraticProgram(
+        objective.H,
+        objective.c,
+        np.concatenate([row.G for row in constraints]) if len(constraints) > 1 else constraints[0].G,
+        np.concatenate([bounds[0], *(row.lower for row in constraints)]),
+        np.concatenate([bounds[1], *(row.upper for row in constraints)]),
+        np.concatenate(soft),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """What a solver found.
+
+    Parameters
+    ----------
+    found : bool
+        Whether `x` solves the program; False is a value, never an exception.
+    x : (n,)
+        NaN where nothing was found.
+    multipliers : (n + m,)
+        Of the rows: positive at an upper bound, negative at a lower one.
+    status : str
+        The solver's own word.
+    iterations : int
+    """
+
+    found: bool
+    x: Array
+    multipliers: Array = field(default_factory=lambda: np.empty(0))
+    status: str = ""
+    iterations: int = 0
+
+    def stationarity(self, program: QuadraticProgram) -> float:
+        """Largest component of ``H x + c + rows^T multipliers``: zero at the optimum."""
+        size = program.size
+        gradient = program.H @ self.x + program.c + self.multipliers[:size] + program.G.T @ self.multipliers[size:]
+        return float(np.max(np.abs(gradient)))

@@ -1,0 +1,52 @@
+r"""The time law: how fast the clock of a tube runs, so that a motion keeps its limits and ends at rest.
+
+The tube's own time :math:`\theta` runs at a constant rate, from where it is taken up, and comes to rest at the end of
+the tube along a smooth step :math:`\dot\theta = \rho\,(1 - 3x^2 + 2x^3)`, x from 0 to 1 over the stopping time. Rate and
+acceleration of the clock are continuous.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class TimeLaw:
+    """Tube time as a function of the clock since the take-up.
+
+    Parameters
+    ----------
+    begin, end : float, s
+        Tube time at clock zero, and where it comes to rest.
+    rate : float
+        Tube seconds per second; 1 is the taught speed.
+    stopping : float, s
+        Clock time of the smooth stop; shortened where less than half of it is left.
+    """
+
+    begin: float
+    end: float
+    rate: float = 1.0
+    stopping: float = 0.1
+
+    @property
+    def _ramp(self) -> float:
+        """Clock time of the stop, s: it covers half of what the full rate would."""
+        return min(self.stopping, 2.0 * (self.end - self.begin) / self.rate)
+
+    @property
+    def duration(self) -> float:
+        """Clock time until rest, s."""
+        return (self.end - self.begin) / self.rate + 0.5 * self._ramp
+
+    def at(self, time: float) -> tuple[float, float, float]:
+        """Tube time, s, its rate, and the rate's change, 1/s, at a clock time, s; at rest after the end."""
+        ramp = self._ramp
+        left = self.duration - time
+        if left <= 0.0 or ramp <= 0.0:
+            return self.end, 0.0, 0.0
+        if left >= ramp:
+            return self.begin + self.rate * time, self.rate, 0.0
+        y = left / ramp  # 1 - x; the remaining tube time is the integral of rate (3 y^2 - 2 y^3)
+        remaining = self.rate * ramp * (y**3 - 0.5 * y**4)
+        return self.end - remaining, self.rate * (3.0 - 2.0 * y) * y**2, -self.rate * 6.0 * y * (1.0 - y) / ramp

@@ -1,0 +1,168 @@
+"""The tracking controller: from measured state and reference to motor torques, once per control period."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pft_exec.control.command import Command
+from pft_exec.control.compliance import Compliance
+from pft_exec.control.friction import friction_torque
+from pft_exec.control.gravity_compensation import TEACH_DAMPING, GravityCompensation
+from pft_exec.control.limits import acceleration_bounds, torque_constraint
+from pft_exec.control.objectives import posture_objective, tool_objective
+from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
+from pft_exec.control.reference import JointReference, Reference
+from pft_exec.control.solvers import Solver, load_solver
+from pft_exec.control.tool_target import ToolTarget, tool_target
+from pft_exec.exceptions import ControlError
+from pft_exec.geometry import Array
+from pft_exec.model import Arm, ArmDynamics
+
+POSTURE_STIFFNESS = 100.0
+"""1/s^2; of the joints about their reference, in what the tool leaves open; critically damped."""
+BLENDING_TIME = 0.075
+"""s; friction feed-forward comes in and the damping of teaching goes out over this time."""
+FALLBACK_DAMPING = 2.0
+"""N m s/rad; a stop, so more than in teaching."""
+ACTIVE = 1e-9
+"""A multiplier above this makes its row active."""
+
+
+class TrackingController:
+    """Follow a reference with a tube's compliance.
+
+    Parameters
+    ----------
+    arm : Arm
+    control_period : float, s
+        For which each command is held.
+    solver : str
+        "daqp", "osqp", or any other that qpsolvers has installed.
+
+    Raises
+    ------
+    ControlError
+        If the control period is not positive.
+    UnknownMethodError
+        If there is no such solver.
+    """
+
+    def __init__(self, arm: Arm, control_period: float = 0.001, solver: str = "daqp") -> None:
+        if not control_period > 0.0:
+            raise ControlError(f"the control period must be positive, s; got {control_period}.")
+        self.arm = arm
+        self.control_period = control_period
+        self._solver: Solver = load_solver(solver)
+        self._fallback = GravityCompensation(arm, FALLBACK_DAMPING)
+        self._reference: Reference | None = None
+        self._compliance: Compliance | None = None
+        self._since = 0.0
+        self._blend_since = 0.0
+
+    def follow(self, reference: Reference, compliance: Compliance, since: float, blend: bool = True) -> None:
+        """Follow another reference from a time on.
+
+        Parameters
+        ----------
+        reference : Reference
+            Its clock begins at `since`.
+        compliance : Compliance
+        since : float, s
+        blend : bool
+            Whether the arm floated until now: friction feed-forward then comes in, and the damping of teaching
+            goes out, over `BLENDING_TIME`. False goes on from tracking.
+        """
+        self._reference, self._compliance, self._since = reference, compliance, since
+        self._blend_since = since if blend else -np.inf
+
+    def update(self, time: float, q: Array, v: Array) -> Command:
+        """Command for one control period; never raises.
+
+        Parameters
+        ----------
+        time : float, s
+        q, v : (n,), rad, rad/s
+            Measured.
+        """
+        if self._reference is None or self._compliance is None:
+            return self._stop(time, q, v, "nothing to follow")
+        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+            return self._stop(time, q, v, "measured state not finite")
+        reference = self._reference(time - self._since)
+        tool = tool_target(self.arm, reference)
+        dynamics = self.arm.dynamics(q, v)
+        load = dynamics.bias - self.arm.counterbalance(q) + self._blended(time, reference.velocity, v)
+        program = self._program(reference, tool, self._compliance, dynamics, load, q, v)
+        solution = self._solver.solve(program)
+        if not solution.found:
+            return self._stop(time, q, v, f"no solution: {solution.status}")
+        torque = dynamics.mass_matrix @ solution.x + load
+        return self._command(torque, solution, reference, tool, tool.error(dynamics))
+
+    def _blended(self, time: float, reference_velocity: Array, v: Array) -> Array:
+        """Friction feed-forward coming in and damping of teaching going out, (n,), N m."""
+        x = min(max((time - self._blend_since) / BLENDING_TIME, 0.0), 1.0)
+        share = x * x * (3.0 - 2.0 * x)
+        forward = friction_torque(self.arm.friction, reference_velocity)
+        blended: Array = share * forward - (1.0 - share) * TEACH_DAMPING * v
+        return blended
+
+    def _program(
+        self,
+        reference: JointReference,
+        tool: ToolTarget,
+        compliance: Compliance,
+        dynamics: ArmDynamics,
+        load: Array,
+        q: Array,
+        v: Array,
+    ) -> QuadraticProgram:
+        gain, weight = compliance.at(reference.phase)
+        tracking = tool_objective(
+            dynamics.jacobian,
+            dynamics.jacobian_drift,
+            tool.acceleration + tool.feedback(gain, dynamics),
+            tool.weight_in_base(weight),
+        )
+        posture = posture_objective(posture_acceleration(reference, q, v))
+        limits = self.arm.limits
+        return assemble(
+            tracking + posture,
+            acceleration_bounds(limits, self.control_period, q, v),
+            [torque_constraint(dynamics.mass_matrix, load, limits.torque)],
+        )
+
+    def _command(
+        self, torque: Array, solution: Solution, reference: JointReference, tool: ToolTarget, error: Array
+    ) -> Command:
+        limit, size = self.arm.limits.torque, len(torque)
+        active = np.abs(solution.multipliers) > ACTIVE
+        return Command(
+            torque=np.clip(torque, -limit, limit),  # the program holds it there already, but for rounding
+            acceleration=solution.x,
+            configuration=reference.configuration,
+            velocity=reference.velocity,
+            reference_acceleration=reference.acceleration,
+            position=tool.position,
+            quaternion=tool.quaternion,
+            phase=reference.phase,
+            error=error,
+            torque_active=active[size : 2 * size],
+            bound_active=active[:size],
+            status=solution.status,
+            fallback=False,
+        )
+
+    def _stop(self, time: float, q: Array, v: Array, status: str) -> Command:
+        return replace(self._fallback.update(time, q, v, status), fallback=True)
+
+
+def posture_acceleration(reference: JointReference, q: Array, v: Array) -> Array:
+    """Joint accelerations (n,), rad/s^2, that draw the joints to their reference, critically damped."""
+    damping = 2.0 * np.sqrt(POSTURE_STIFFNESS)
+    acceleration: Array = (
+        reference.acceleration + POSTURE_STIFFNESS * (reference.configuration - q) + damping * (reference.velocity - v)
+    )
+    return acceleration
