@@ -1,0 +1,25 @@
+"""The physical world: a robot before a table, driven by joint torques, and the hand that guides it.
+
+Teaching, execution and assistance happen here. The only importer of PyBullet; its conventions stop at this door:
+outside are poses with quaternions (x, y, z, w), world frame, and arrays in the order of an arm's joints.
+"""
+
+from pft_exec.simulation.camera import VIEWS, Camera, View
+from pft_exec.simulation.placement import check_reach, default_arm, nominal_start, task_for
+from pft_exec.simulation.push import Push
+from pft_exec.simulation.replay import WorldState, render_states
+from pft_exec.simulation.world import World
+
+__all__ = [
+    "VIEWS",
+    "Camera",
+    "Push",
+    "View",
+    "World",
+    "WorldState",
+    "check_reach",
+    "default_arm",
+    "nominal_start",
+    "render_states",
+    "task_for",
+]

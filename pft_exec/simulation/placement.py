@@ -1,0 +1,127 @@
+"""Scenes that an arm reaches: drawn from a task's placements, and scenes of the user's held against the arm.
+
+A task is written for the arm that a robot has alone, or else for its right one; for another arm it is mirrored in the
+xz plane of the robot's base.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from pft_exec.demonstration import Scene
+from pft_exec.description import Setting, TaskDescription, draw_scene, path_is_free, random_stream, resolve_waypoints
+from pft_exec.description.motion import StartDescription
+from pft_exec.exceptions import UnreachableError
+from pft_exec.geometry import Pose
+from pft_exec.model import Arm, RobotModel, solve_inverse_kinematics
+
+_ATTEMPTS = 100
+_WORK = "work"  # named configuration that searches begin from, where the robot has one
+
+
+def default_arm(robot: RobotModel) -> str:
+    """Name of the arm that is meant where none is named, and that tasks are written for: the only one, else "right"."""
+    return robot.arms[0] if len(robot.arms) == 1 else "right"
+
+
+def task_for(robot: RobotModel, task: TaskDescription, arm: str) -> TaskDescription:
+    """The task as written for the default arm, mirrored for any other, however it comes."""
+    is_mirrored = arm != default_arm(robot)
+    return task if (task.mirror is not None) == is_mirrored else task.mirrored()
+
+
+def nominal_start(task: TaskDescription, label: str) -> Pose:
+    """The middle of where the tool may stand before a motion, world frame."""
+    start: StartDescription = task.start_of(label)
+    middle = [0.5 * (low + high) for low, high in (start.x, start.y, start.z)]
+    pose = Pose(np.array(middle), start.quaternion)
+    return pose if task.mirror is None else pose.mirrored(task.mirror)
+
+
+def check_reach(arm: Arm, task: TaskDescription, label: str, scene: Scene, start: Pose | None = None) -> None:
+    """Refuse a scene in which an arm does not reach a motion's start or a waypoint of it.
+
+    Parameters
+    ----------
+    arm : Arm
+    task : TaskDescription
+        Mirrored where the arm needs it (`task_for`).
+    label : str
+    scene : Scene
+    start : Pose or None
+        Of the tool, world frame; None is the middle of where it may stand.
+
+    Raises
+    ------
+    UnreachableError
+        With the distance that is missing.
+    UnknownMotionError
+        If the task has no such motion.
+    MissingObjectError
+        If the scene lacks an object that the motion refers to.
+    """
+    for what, pose in _poses(task, label, scene, start):
+        reached = solve_inverse_kinematics(arm, task.robot_base.inverse() @ pose, _seed(arm))
+        if not reached.found:
+            raise UnreachableError(
+                f"the {arm.name} arm cannot make {label!r} in this scene: {what} lies at "
+                f"({', '.join(f'{x:.3f}' for x in pose.position)}) m, and the tool stays {reached.position_error:.3f} m "
+                f"and {reached.rotation_error:.3f} rad away from it."
+            )
+
+
+def draw_reachable_scene(robot: RobotModel, task: TaskDescription, arm: str, seed: int) -> Scene:
+    """Draw a scene that the task allows and in which the arm can make every motion from the nominal start.
+
+    Parameters
+    ----------
+    robot : RobotModel
+    task : TaskDescription
+    arm : str
+        Mirrors the placements where the task is not written for it.
+    seed : int
+        Not negative; the same seed gives the same scene.
+
+    Raises
+    ------
+    UnreachableError
+        If none is found; the message ends with why the last one was refused.
+    """
+    task = task_for(robot, task, arm)
+    rng = random_stream(seed, "evaluate", "scene")
+    reason = ""
+    for _ in range(_ATTEMPTS):
+        scene = Scene(draw_scene(task, rng))
+        try:
+            _check_scene(robot.arm(arm), task, scene)
+        except UnreachableError as error:
+            reason = str(error)
+        else:
+            return scene
+    raise UnreachableError(f"task {task.name!r}: none of {_ATTEMPTS} placements can be worked in; {reason}")
+
+
+def _check_scene(arm: Arm, task: TaskDescription, scene: Scene) -> None:
+    for label in task.labels:
+        setting = Setting(dict(scene.objects), nominal_start(task, label))
+        if not path_is_free(task, label, setting):
+            raise UnreachableError(f"an object stands in the way of {label!r}.")
+    for label in task.labels:
+        check_reach(arm, task, label, scene)
+
+
+def _poses(task: TaskDescription, label: str, scene: Scene, start: Pose | None) -> Iterator[tuple[str, Pose]]:
+    """Poses that a motion passes through, and what each is."""
+    waypoints = resolve_waypoints(task, label, scene, start or nominal_start(task, label))
+    last = len(waypoints.positions) - 1
+    for index, (position, quaternion) in enumerate(zip(waypoints.positions, waypoints.quaternions, strict=True)):
+        what = "its start" if index == 0 else "its end" if index == last else f"waypoint {index}"
+        yield what, Pose(position, quaternion)
+
+
+def _seed(arm: Arm) -> np.ndarray:
+    if _WORK in arm.configurations:
+        return arm.configuration(_WORK)
+    return 0.5 * (arm.limits.lower + arm.limits.upper)

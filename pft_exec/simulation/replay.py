@@ -1,0 +1,46 @@
+"""Recorded world states and their replay: a simulation need not wait for the renderer.
+
+While it runs, a world is asked for its state 20 to 25 times a second (`World.record_state`, some microseconds); pictures
+are made from the states later, in another world or another process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pft_exec.geometry import Array
+
+if TYPE_CHECKING:
+    from pft_exec.simulation.world import World
+
+
+@dataclass(frozen=True, eq=False)
+class WorldState:
+    """Joints and objects at one instant.
+
+    Parameters
+    ----------
+    time : float, s
+    joints : (J,), rad or m
+        Every moving joint of the robot, in the order of its body.
+    objects : (M, 7)
+        Position, m, and quaternion (x, y, z, w) of the task's placed objects, world frame.
+    """
+
+    time: float
+    joints: Array
+    objects: Array
+
+
+def render_states(
+    world: World, states: Iterable[WorldState], size: tuple[int, int] = (640, 480), view: str = "room"
+) -> Iterator[NDArray[np.uint8]]:
+    """Pictures (h, w, 3) of recorded states, made in a world of the same robot and task that is not being stepped."""
+    for state in states:
+        world.show_state(state)
+        yield world.camera.frame(size, view)

@@ -1,0 +1,254 @@
+"""The robot's body in the physics engine: joints sensed and driven by torque, arms braked or released, grippers.
+
+The only place where joint states come out of the engine (`RobotBody.sense`) and joint torques go into it
+(`RobotBody.actuate`); sensor and motor faults have their place here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pybullet
+
+from pft_exec.description import GripperDescription
+from pft_exec.exceptions import SimulationError
+from pft_exec.geometry import Array, Pose
+from pft_exec.model import Arm, RobotModel
+from pft_exec.simulation.engine import Engine, simulation_errors
+from pft_exec.simulation.gripper import GripperDrive
+
+_BRAKE_TORQUE = 1000.0  # N m; a brake holds whatever comes, unlike the motor
+
+
+class RobotBody:
+    """A robot loaded into an engine; every arm is braked until it is released.
+
+    Parameters
+    ----------
+    engine : Engine
+    robot : RobotModel
+    base : Pose
+        Of the robot's base frame, world frame.
+
+    Raises
+    ------
+    SimulationError
+        If PyBullet cannot load the URDF, or the URDF lacks a joint of an arm.
+    """
+
+    def __init__(self, engine: Engine, robot: RobotModel, base: Pose) -> None:
+        self._client = engine.client
+        self._physics_step = engine.physics_step
+        self._arms: dict[str, Arm] = {name: robot.arm(name) for name in robot.arms}
+        self._grippers: dict[str, GripperDescription] = {
+            name: arm.gripper for name, arm in robot.description.arms.items() if arm.gripper is not None
+        }
+        with simulation_errors(f"loading {robot.description.urdf}"):
+            self.body: int = pybullet.loadURDF(
+                str(robot.description.urdf),
+                base.position.tolist(),
+                base.quaternion.tolist(),
+                useFixedBase=True,
+                flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+                physicsClientId=self._client,
+            )
+        self._find_joints(robot)
+        self._prepare_joints()
+        self._clear_commands()
+
+    def _find_joints(self, robot: RobotModel) -> None:
+        """Order the moving joints arm by arm, then fingers, then the rest, so that each group is a slice."""
+        count = pybullet.getNumJoints(self.body, physicsClientId=self._client)
+        infos = [pybullet.getJointInfo(self.body, index, physicsClientId=self._client) for index in range(count)]
+        moving = {info[1].decode(): index for index, info in enumerate(infos) if info[2] != pybullet.JOINT_FIXED}
+        names: list[str] = []
+        self._columns: dict[str, slice] = {}
+        self._fingers: dict[str, slice] = {}
+        for name, arm in self._arms.items():
+            self._columns[name] = _append(names, arm.joint_names)
+        for name, gripper in self._grippers.items():
+            self._fingers[name] = _append(names, gripper.joints)
+        missing = [name for name in names if name not in moving]
+        if missing:
+            raise SimulationError(f"{robot.description.urdf} has no moving joint named {missing[0]!r}.")
+        self.joint_names = tuple(names + [name for name in moving if name not in names])
+        self._indices = [moving[name] for name in self.joint_names]
+        self._home = slice(len(names), len(self.joint_names))
+
+    def _prepare_joints(self) -> None:
+        """Motors off, damping of the engine off, friction and damping of the joints as described."""
+        for link in range(-1, pybullet.getNumJoints(self.body, physicsClientId=self._client)):
+            pybullet.changeDynamics(
+                self.body,
+                link,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=0.0,
+                physicsClientId=self._client,
+            )
+        for name, arm in self._arms.items():
+            for index, viscous in zip(self._indices[self._columns[name]], arm.friction.viscous, strict=True):
+                pybullet.changeDynamics(self.body, index, jointDamping=viscous, physicsClientId=self._client)
+        self._set_friction_motors(self._indices, [0.0] * len(self._indices))
+
+    def _clear_commands(self) -> None:
+        count = len(self._indices)
+        self._torque = np.zeros(count)
+        self._extra = np.zeros(count)
+        self._is_pushed = False
+        self._state: tuple[Array, Array] | None = None
+        self._released: dict[str, Arm] = {}
+        self._width_goal = {name: gripper.closed_width for name, gripper in self._grippers.items()}
+        self._width = dict(self._width_goal)
+        self._drives = {name: GripperDrive(force=item.force.values[0]) for name, item in self._grippers.items()}
+        for name in self._arms:
+            self.brake(name)
+        self._lock(self._home)
+
+    def sense(self) -> tuple[Array, Array]:
+        """Positions and velocities (J,) of all joints in the order of `joint_names`, rad or m, and per second."""
+        if self._state is None:
+            states = pybullet.getJointStates(self.body, self._indices, physicsClientId=self._client)
+            self._state = np.array([state[0] for state in states]), np.array([state[1] for state in states])
+        return self._state
+
+    def arm_state(self, arm: str) -> tuple[Array, Array]:
+        """Configuration and velocity (n,) of an arm, rad and rad/s."""
+        q, v = self.sense()
+        columns = self._columns[arm]
+        return q[columns].copy(), v[columns].copy()
+
+    def command(self, arm: str, torque: Array) -> None:
+        """Set the motor torque (n,), N m, until it is set again; beyond the limits it is clipped. Releases the brake."""
+        if arm not in self._released:
+            self._release(arm)
+        limit = self._arms[arm].limits.torque
+        self._torque[self._columns[arm]] = np.minimum(np.maximum(torque, -limit), limit)
+
+    def torque(self, arm: str) -> Array:
+        """Motor torque (n,), N m, that acts in the coming step: the command, clipped."""
+        return self._torque[self._columns[arm]].copy()
+
+    def push(self, arm: str, wrench: Array) -> None:
+        """Add a wrench (6,) at the tool for the coming step: force, N, then torque, N m, in the base frame.
+
+        Notes
+        -----
+        On a chain with a fixed base a wrench at the tool is, exactly, the joint torque ``J^T F``; that way it does not
+        depend on link poses that the engine keeps one step late.
+        """
+        q, _ = self.arm_state(arm)
+        self._extra[self._columns[arm]] += self._arms[arm].jacobian(q).T @ wrench
+        self._is_pushed = True
+
+    def actuate(self) -> None:
+        """Apply motors, counterbalance, pushes and grippers for the coming step."""
+        q, v = self.sense()
+        total = self._torque.copy()
+        for name, arm in self._released.items():
+            columns = self._columns[name]
+            total[columns] += arm.counterbalance(q[columns])
+        for name in self._grippers:
+            total[self._fingers[name]] = self._finger_forces(name, q, v)
+        if self._is_pushed:
+            total += self._extra
+            self._extra[:] = 0.0
+            self._is_pushed = False
+        pybullet.setJointMotorControlArray(
+            self.body, self._indices, pybullet.TORQUE_CONTROL, forces=total, physicsClientId=self._client
+        )
+        self._state = None
+
+    def _finger_forces(self, name: str, q: Array, v: Array) -> tuple[float, float]:
+        drive, fingers = self._drives[name], self._fingers[name]
+        step = drive.speed * self._physics_step
+        width = self._width[name]
+        width += min(max(self._width_goal[name] - width, -step), step)
+        self._width[name] = width
+        left, right = q[fingers].tolist()
+        left_rate, right_rate = v[fingers].tolist()
+        return drive.forces(width, (left, right), (left_rate, right_rate))
+
+    def width(self, arm: str) -> float:
+        """Distance between the pads of an arm's gripper, m."""
+        return float(self.sense()[0][self._fingers[arm]].sum())
+
+    def set_width(self, arm: str, width: float) -> None:
+        """Ask the gripper for a distance between its pads, m."""
+        gripper = self._grippers[arm]
+        if not gripper.closed_width <= width <= gripper.open_width:
+            raise SimulationError(
+                f"the gripper of arm {arm!r} opens from {gripper.closed_width} to {gripper.open_width} m; got {width} m."
+            )
+        self._width_goal[arm] = float(width)
+
+    def has_gripper(self, arm: str) -> bool:
+        """Whether the arm has fingers."""
+        return arm in self._grippers
+
+    def place(self, arm: str, configuration: Array) -> None:
+        """Set up: put an arm, at rest and braked, into a configuration (n,), rad."""
+        self._reset_joints(self._columns[arm], configuration)
+        self.brake(arm)
+
+    def place_fingers(self, arm: str, width: float) -> None:
+        """Set up: put the fingers of an arm at a distance between the pads, m."""
+        self.set_width(arm, width)
+        self._width[arm] = float(width)
+        self._reset_joints(self._fingers[arm], np.full(2, 0.5 * width))
+
+    def place_joints(self, positions: Array) -> None:
+        """Show: put every joint (J,), in the order of `joint_names`, where it was once recorded."""
+        self._reset_joints(slice(0, len(self._indices)), positions)
+
+    def brake(self, arm: str) -> None:
+        """Lock an arm where it is."""
+        columns = self._columns[arm]
+        self._released.pop(arm, None)
+        self._torque[columns] = 0.0
+        self._lock(columns)
+
+    def is_braked(self, arm: str) -> bool:
+        """Whether the arm is locked."""
+        return arm not in self._released
+
+    def _release(self, arm: str) -> None:
+        self._released[arm] = self._arms[arm]
+        self._set_friction_motors(self._indices[self._columns[arm]], self._arms[arm].friction.coulomb.tolist())
+
+    def _set_friction_motors(self, indices: Sequence[int], friction: Sequence[float]) -> None:
+        """Coulomb friction as velocity motors towards rest: PyBullet ignores the friction of a URDF."""
+        pybullet.setJointMotorControlArray(
+            self.body,
+            indices,
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=[0.0] * len(indices),
+            forces=friction,
+            physicsClientId=self._client,
+        )
+
+    def _lock(self, columns: slice) -> None:
+        indices = self._indices[columns]
+        if not indices:
+            return
+        pybullet.setJointMotorControlArray(
+            self.body,
+            indices,
+            pybullet.POSITION_CONTROL,
+            targetPositions=self.sense()[0][columns],
+            forces=[_BRAKE_TORQUE] * len(indices),
+            physicsClientId=self._client,
+        )
+
+    def _reset_joints(self, columns: slice, positions: Array) -> None:
+        for index, position in zip(self._indices[columns], positions, strict=True):
+            pybullet.resetJointState(self.body, index, float(position), 0.0, physicsClientId=self._client)
+        self._state = None
+
+
+def _append(names: list[str], more: Sequence[str]) -> slice:
+    """Append names and return the slice that they take."""
+    start = len(names)
+    names.extend(more)
+    return slice(start, len(names))

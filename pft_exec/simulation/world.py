@@ -1,0 +1,311 @@
+"""The world: a robot before a task's objects, stepped at a fixed physics step.
+
+Whoever teaches or executes reads states and poses here, commands torques and steps; nothing else touches the engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pft_exec.demonstration import Scene
+from pft_exec.description import TaskDescription, load_task
+from pft_exec.exceptions import MissingObjectError, SimulationError, UnknownArmError
+from pft_exec.geometry import Array, Pose, conjugate, rotate
+from pft_exec.model import Arm, RobotModel, load_robot
+from pft_exec.simulation.camera import Camera
+from pft_exec.simulation.engine import Engine
+from pft_exec.simulation.object_body import ObjectBody
+from pft_exec.simulation.floor import build_floor
+from pft_exec.simulation.placement import default_arm, draw_reachable_scene, task_for
+from pft_exec.simulation.replay import WorldState
+from pft_exec.simulation.robot_body import RobotBody
+
+_WORK = "work"  # named configuration that arms stand in after a reset, where the robot has one
+
+
+class World:
+    """A robot and a task's objects in one physics engine; several worlds may live in one process.
+
+    Every arm is braked until it is commanded. The same calls give bit-identical states, also after a `reset`.
+
+    Parameters
+    ----------
+    robot : RobotModel, or name or path of one
+    task : TaskDescription, or name or path of one
+    scene : Scene or None
+        Poses of the task's placed objects, world frame; None draws one the default arm reaches, from `seed`.
+    gui : bool
+        Open PyBullet's window, in which the mouse drags the arm.
+    seed : int
+        For the scene, where none is given.
+    control_period, physics_step : float, s
+        The period is a whole number of steps.
+
+    Raises
+    ------
+    SimulationError
+        If the clocks do not fit, or PyBullet cannot start or load the robot.
+    MissingObjectError
+        If the scene lacks an object of the task.
+    UnreachableError
+        If no scene is given and none can be drawn that the arm reaches.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel | str | Path,
+        task: TaskDescription | str | Path,
+        scene: Scene | None = None,
+        gui: bool = False,
+        seed: int = 0,
+        *,
+        control_period: float = 1e-3,
+        physics_step: float = 1e-3,
+    ) -> None:
+        self.robot = robot if isinstance(robot, RobotModel) else load_robot(robot)
+        self.task = task if isinstance(task, TaskDescription) else load_task(task)
+        self.control_period, self.physics_step = control_period, physics_step
+        self.steps_per_period = _steps_per_period(control_period, physics_step)
+        self._scene = _checked_scene(self.task, scene or self.draw_scene(seed))
+        self._engine = Engine(physics_step, gui)
+        self.camera = Camera(self._engine.client, self.base)
+        self._build({})
+
+    def _build(self, configurations: Mapping[str, ArrayLike]) -> None:
+        """Load everything into an empty engine, always in the same order."""
+        self._engine.clear()
+        self._count = 0
+        build_floor(self._engine)
+        self._body = RobotBody(self._engine, self.robot, self.base)
+        self._objects = {
+            name: ObjectBody(self._engine, item, item.fixed.pose if item.fixed is not None else self._scene[name])
+            for name, item in self.task.objects.items()
+        }
+        for name in self.robot.arms:
+            self.place(name, configurations.get(name, self._standing(name)))
+
+    def _standing(self, arm: str) -> ArrayLike:
+        """Where an arm stands after a reset: at work, or in the middle of its limits."""
+        named = self.robot.description.arms[arm].configurations
+        limits = self.robot.arm(arm).limits
+        return named[_WORK] if _WORK in named else 0.5 * (limits.lower + limits.upper)
+
+    @property
+    def base(self) -> Pose:
+        """Pose of the robot's base, world frame."""
+        return self.task.robot_base
+
+    @property
+    def scene(self) -> Scene:
+        """Poses of the task's placed objects now, world frame."""
+        return Scene({name: self._objects[name].pose for name in self.task.placed})
+
+    @property
+    def time(self) -> float:
+        """Time since the last reset, s: whole physics steps."""
+        return self._count * self.physics_step
+
+    def arm_name(self, arm: str | None = None) -> str:
+        """Name of an arm; None is the only one, else "right".
+
+        Raises
+        ------
+        UnknownArmError
+            If the robot has no such arm.
+        """
+        name = default_arm(self.robot) if arm is None else arm
+        if name not in self.robot.arms:
+            raise UnknownArmError("arm", name, self.robot.arms, f"The robot is {self.robot.name!r}.")
+        return name
+
+    def arm(self, arm: str | None = None) -> Arm:
+        """The model of an arm; None is the default one."""
+        return self.robot.arm(self.arm_name(arm))
+
+    def task_for(self, arm: str | None = None) -> TaskDescription:
+        """The task as it is for an arm: as written for the default one, mirrored for the other."""
+        return task_for(self.robot, self.task, self.arm_name(arm))
+
+    def state(self, arm: str | None = None) -> tuple[Array, Array]:
+        """Configuration (n,), rad, and velocity (n,), rad/s, of an arm now."""
+        return self._body.arm_state(self.arm_name(arm))
+
+    def tool(self, arm: str | None = None) -> Pose:
+        """Pose of an arm's tool now, world frame; by the model, from the measured configuration."""
+        name = self.arm_name(arm)
+        return self.base @ self.robot.arm(name).forward(self._body.arm_state(name)[0])
+
+    def command(self, arm: str, torque: ArrayLike) -> None:
+        """Set an arm's motor torque (n,), N m, for the coming physics steps, until it is set again; releases the brake.
+
+        Beyond the limits the motor is saturated: `torque` says what acts.
+
+        Raises
+        ------
+        SimulationError
+            If the shape is wrong or a number is not finite.
+        """
+        name = self.arm_name(arm)
+        self._body.command(name, _checked(torque, len(self.robot.arm(name).joint_names), "torque of an arm", "N m"))
+
+    def torque(self, arm: str | None = None) -> Array:
+        """Motor torque (n,), N m, that acts in the coming step: the command within the limits."""
+        return self._body.torque(self.arm_name(arm))
+
+    def brake(self, arm: str | None = None) -> None:
+        """Lock an arm where it is, until it is commanded again."""
+        self._body.brake(self.arm_name(arm))
+
+    def is_braked(self, arm: str | None = None) -> bool:
+        """Whether an arm is locked."""
+        return self._body.is_braked(self.arm_name(arm))
+
+    def push(self, arm: str, force: ArrayLike, torque: ArrayLike = (0.0, 0.0, 0.0)) -> None:
+        """Push at an arm's tool during the next physics step; pushes of one step add up.
+
+        Parameters
+        ----------
+        arm : str
+        force, torque : (3,), N and N m
+            World frame, at the tool's origin.
+
+        Raises
+        ------
+        SimulationError
+            If a shape is wrong or a number is not finite.
+        """
+        wrench = np.stack([_checked(force, 3, "force", "N"), _checked(torque, 3, "torque", "N m")])
+        in_base = rotate(conjugate(self.base.quaternion), wrench)
+        self._body.push(self.arm_name(arm), in_base.ravel())
+
+    def step(self) -> None:
+        """Advance by one physics step."""
+        self._body.actuate()
+        self._engine.step()
+        self._count += 1
+
+    def gripper(self, arm: str | None = None) -> float:
+        """Distance between the pads of an arm's gripper now, m; 0 for an arm without one."""
+        name = self.arm_name(arm)
+        return self._body.width(name) if self._body.has_gripper(name) else 0.0
+
+    def set_gripper(self, arm: str, width: float) -> None:
+        """Ask an arm's gripper for a distance between its pads, m; it moves there with bounded speed and force.
+
+        Raises
+        ------
+        SimulationError
+            If the arm has no gripper, or it does not open that far.
+        """
+        name = self.arm_name(arm)
+        if not self._body.has_gripper(name):
+            raise SimulationError(f"arm {name!r} of robot {self.robot.name!r} has no gripper.")
+        self._body.set_width(name, width)
+
+    def place(self, arm: str, configuration: ArrayLike) -> None:
+        """Set up: put an arm, at rest and braked, into a configuration (n,), rad. No way to move while running.
+
+        Raises
+        ------
+        SimulationError
+            If the shape is wrong, a number is not finite, or a joint would lie beyond its limits.
+        """
+        name = self.arm_name(arm)
+        model = self.robot.arm(name)
+        q = _checked(configuration, len(model.joint_names), "configuration of an arm", "rad")
+        _check_within_limits(model, q)
+        self._body.place(name, q)
+
+    def reset(self, scene: Scene | None = None, configurations: Mapping[str, ArrayLike] | None = None) -> None:
+        """Set up anew: time 0, objects in a scene (None: the one of the last set-up), arms braked in configurations.
+
+        Raises
+        ------
+        MissingObjectError
+            If the scene lacks an object of the task.
+        UnknownArmError
+            If `configurations` names an arm that the robot has not.
+        """
+        configurations = {self.arm_name(name): q for name, q in (configurations or {}).items()}
+        if scene is not None:
+            self._scene = _checked_scene(self.task, scene)
+        self._build(configurations)
+
+    def draw_scene(self, seed: int, arm: str | None = None) -> Scene:
+        """Draw a placement of the objects that the task allows and the arm reaches; the same for the same seed.
+
+        Raises
+        ------
+        UnreachableError
+            If none of many drawn placements can be reached.
+        """
+        return draw_reachable_scene(self.robot, self.task, self.arm_name(arm), seed)
+
+    def record_state(self) -> WorldState:
+        """All that a picture of this instant needs."""
+        objects = np.array([self._objects[name].pose.array for name in self.task.placed]).reshape(-1, 7)
+        return WorldState(self.time, self._body.sense()[0].copy(), objects)
+
+    def show_state(self, state: WorldState) -> None:
+        """Put joints and objects where they were recorded, for a picture; time does not pass."""
+        self._body.place_joints(state.joints)
+        for name, pose in zip(self.task.placed, state.objects, strict=True):
+            self._objects[name].place(Pose.from_array(pose))
+
+    def close(self) -> None:
+        """End the simulation; a second call does nothing."""
+        self._engine.close()
+
+    def __enter__(self) -> World:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _steps_per_period(control_period: float, physics_step: float) -> int:
+    if not (physics_step > 0.0 and control_period > 0.0):
+        raise SimulationError(f"control period {control_period} s and physics step {physics_step} s must be positive.")
+    steps = round(control_period / physics_step)
+    if steps < 1 or abs(steps * physics_step - control_period) > 1e-9:
+        raise SimulationError(
+            f"the control period must be a whole number of physics steps; got {control_period} s and {physics_step} s."
+        )
+    return steps
+
+
+def _checked_scene(task: TaskDescription, scene: Scene) -> Scene:
+    """Hold a scene against a task: every placed object, and no other."""
+    for name in task.placed:
+        if name not in scene:
+            raise MissingObjectError("object of the scene", name, scene, f"Task {task.name!r} needs it.")
+    for name in scene:
+        if name not in task.placed:
+            raise MissingObjectError("placed object of the task", name, task.placed, "The scene has it.")
+    return scene
+
+
+def _checked(values: ArrayLike, size: int, what: str, unit: str) -> Array:
+    array = np.asarray(values, dtype=float)
+    if array.shape != (size,):
+        raise SimulationError(f"the {what} must have shape ({size},), {unit}; got {array.shape}.")
+    if not np.isfinite(array).all():
+        raise SimulationError(f"the {what} must be finite, {unit}; got {array}.")
+    return array
+
+
+def _check_within_limits(arm: Arm, q: Array) -> None:
+    outside = np.flatnonzero((q < arm.limits.lower) | (q > arm.limits.upper))
+    if outside.size:
+        joint = int(outside[0])
+        raise SimulationError(
+            f"joint {arm.joint_names[joint]!r} cannot stand at {q[joint]:.4f} rad; its limits are "
+            f"{arm.limits.lower[joint]:.4f} to {arm.limits.upper[joint]:.4f} rad."
+        )
