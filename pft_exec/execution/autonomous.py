@@ -1,0 +1,107 @@
+"""Autonomous execution: from a standstill onto a tube and along it to its end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pft_exec.demonstration import Scene
+from pft_exec.description.success import Verdict, judge_motion
+from pft_exec.exceptions import UnreachableError
+from pft_exec.execution.control_loop import ControlLoop, Observer
+from pft_exec.execution.log import ExecutionLog
+from pft_exec.execution.takeover import finish, plan_takeover
+from pft_exec.geometry import Pose, geodesic_distance
+from pft_exec.learning.flow_tube import FlowTube
+from pft_exec.simulation import Push, World
+from pft_exec.simulation.placement import task_for
+
+SOFTNESS = 0.1
+"""s^4/m^2; see `pft_exec.control.compute_compliance`."""
+END_TOLERANCE = (0.01, 0.05)
+"""m, rad; how near to its tube's end a motion must end that no task knows."""
+
+
+def execute(
+    world: World,
+    flow_tube: FlowTube,
+    arm: str | None = None,
+    *,
+    pushes: Sequence[Push] = (),
+    pace: float = 1.0,
+    softness: float = SOFTNESS,
+    solver: str = "daqp",
+    observer: Observer | None = None,
+) -> ExecutionLog:
+    """Execute a flow tube from where the arm is.
+
+    Parameters
+    ----------
+    world : World
+    flow_tube : FlowTube
+        World frame, of the world's present scene.
+    arm : str or None
+        None is the only arm, else "right".
+    pushes : sequence of Push
+    pace : float
+        Speed relative to the tube's own.
+    softness : float, s^4/m^2
+        See `pft_exec.control.compute_compliance`.
+    solver : str
+        Of the quadratic program.
+    observer : callable or None
+        Called with the world after every control period.
+
+    Returns
+    -------
+    ExecutionLog
+        `success` is the task's own predicate where the task knows the motion, else that the tube's end was reached.
+
+    Raises
+    ------
+    UnreachableError
+        Before anything moves, if the tube is beyond the arm's reach.
+    """
+    loop = ControlLoop(world, arm, pushes, observer)
+    scene, start = world.scene, world.tool(loop.name)
+    takeover = plan_takeover(loop, flow_tube, 0.0, pace, np.zeros(len(loop.arm.joint_names)))
+    if takeover.reason:
+        raise UnreachableError(takeover.reason)
+    unbroken = finish(loop, takeover, flow_tube, softness=softness, solver=solver, floating=False)
+    verdict = judge_end(loop, flow_tube, scene, start)
+    return loop.log.finish(
+        verdict.success,
+        verdict.reason if unbroken else f"{verdict.reason}; a control period fell back",
+        label=flow_tube.label,
+        details={**end_figures(loop, flow_tube), **takeover.jumps(), "join_time": takeover.transition.duration},
+        **about_run(loop),
+    )
+
+
+def about_run(loop: ControlLoop) -> dict[str, str]:
+    """The names under which a run is logged."""
+    return {"robot": loop.world.robot.name, "task": loop.world.task.name, "arm": loop.name}
+
+
+def end_figures(loop: ControlLoop, tube: FlowTube) -> dict[str, float]:
+    """Where the tool ended beside where its tube ends: m and rad; and simulated time per computing time."""
+    tool = loop.world.tool(loop.name)
+    turned = 0.0 if tube.quaternion is None else float(geodesic_distance(tube.end.quaternion, tool.quaternion))
+    return {
+        "end_position_error": float(np.linalg.norm(tool.position - tube.end.position)),
+        "end_rotation_error": turned,
+        "real_time_factor": loop.real_time_factor,
+    }
+
+
+def judge_end(loop: ControlLoop, tube: FlowTube, scene: Scene, start: Pose) -> Verdict:
+    """Whether the motion did what the task asks for, from the scene and the tool pose in which it began."""
+    world = loop.world
+    task = task_for(world.robot, world.task, loop.name)
+    if tube.label in task.labels:
+        return judge_motion(task, tube.label, scene.objects, world.scene.objects, start, world.tool(loop.name))
+    figures = end_figures(loop, tube)
+    distance, turned = figures["end_position_error"], figures["end_rotation_error"]
+    reached = distance <= END_TOLERANCE[0] and turned <= END_TOLERANCE[1]
+    return Verdict(reached, f"the tool ended {1e3 * distance:.1f} mm and {turned:.3f} rad from the tube's end")

@@ -1,0 +1,120 @@
+"""The control loop of one arm: sense, let a command act for one control period, log it.
+
+Teaching under the hand, assistance and autonomous execution all turn this one crank. What acts on the tool from outside
+(the hand, a push) enters here, on the side of the physics: no controller sees it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from time import perf_counter
+
+import numpy as np
+
+from pft_exec.control import Command
+from pft_exec.execution.log import LogRecorder, Stage
+from pft_exec.geometry import Array
+from pft_exec.simulation import Push, World
+
+Pull = Callable[[float], Array]
+"""From the time of the run, s, to the wrench (6,) of a hand at the tool now: N and N m, world frame."""
+Observer = Callable[[World], None]
+"""Called after every control period; a film is made this way."""
+
+SAMPLE_PERIOD = 0.01
+"""s; demonstrations are recorded, and motions recognized, at 100 Hz."""
+
+
+class ControlLoop:
+    """Steps one arm of a world by control periods and logs each.
+
+    Parameters
+    ----------
+    world : World
+    arm : str or None
+        None is the default arm.
+    pushes : sequence of Push
+    observer : callable or None
+        Called with the world after every control period.
+    """
+
+    def __init__(
+        self, world: World, arm: str | None = None, pushes: Sequence[Push] = (), observer: Observer | None = None
+    ) -> None:
+        self.world = world
+        self.name = world.arm_name(arm)
+        self.arm = world.arm(self.name)
+        self.log = LogRecorder()
+        self._pushes = tuple(pushes)
+        self._observer = observer
+        self._begin = world.time
+        self._wall = perf_counter()
+
+    @property
+    def time(self) -> float:
+        """Simulated time of the run, s."""
+        return self.world.time - self._begin
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated time per computing time of the run so far."""
+        return self.time / max(perf_counter() - self._wall, 1e-9)
+
+    def sense(self) -> tuple[Array, Array]:
+        """Measured configuration and velocity (n,), rad and rad/s."""
+        return self.world.state(self.name)
+
+    def is_sample_due(self) -> bool:
+        """Whether a sample is due now: every `SAMPLE_PERIOD`, on whole control periods."""
+        every = max(1, round(SAMPLE_PERIOD / self.world.control_period))
+        return round(self.time / self.world.control_period) % every == 0
+
+    def apply(self, command: Command, stage: Stage, tick: float, pull: Pull | None = None) -> None:
+        """Let a command act for one control period, and log it.
+
+        Parameters
+        ----------
+        command : Command
+        stage : Stage
+        tick : float, s
+            What it took to compute.
+        pull : callable or None
+            The hand, if it holds the tool.
+        """
+        self._log_row(command, stage, tick, pull)
+        self.world.command(self.name, command.torque)
+        for _ in range(self.world.steps_per_period):
+            force, torque = self._outside(pull)
+            if force.any() or torque.any():
+                self.world.push(self.name, force, torque)
+            self.world.step()
+        if self._observer is not None:
+            self._observer(self.world)
+
+    def _outside(self, pull: Pull | None) -> tuple[Array, Array]:
+        """Force and torque at the tool from outside, (3,) each, N and N m, world frame."""
+        time = self.time
+        wrench = np.zeros(6) if pull is None else pull(time)
+        force = wrench[:3].copy()
+        for push in self._pushes:
+            force += push.force_at(time)
+        return force, wrench[3:]
+
+    def _log_row(self, command: Command, stage: Stage, tick: float, pull: Pull | None) -> None:
+        q, v = self.sense()
+        tool = self.world.tool(self.name)
+        self.log.add(
+            time=self.time,
+            configuration=q,
+            velocity=v,
+            torque=command.torque,
+            position=tool.position,
+            quaternion=tool.quaternion,
+            phase=np.nan if stage in (Stage.GUIDED, Stage.STOPPED) else command.phase,
+            reference_position=command.configuration,
+            reference_velocity=command.velocity,
+            reference_acceleration=command.reference_acceleration,
+            stage=stage,
+            hand_force=float(np.linalg.norm(self._outside(pull)[0])),
+            tick=tick,
+        )
