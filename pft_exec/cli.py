@@ -318,14 +318,13 @@ def _substitutions(pairs: Sequence[str] | None) -> dict[str, str]:
 
 
 def _report_run(log: ExecutionLog, out: Path | None, plot: Path | None, as_json: bool) -> None:
-    from pft_exec.report import log_rows, plot_seam
+    from pft_exec.report import log_rows, log_summary, plot_seam
 
     if out is not None:
         log.save(out)
     if plot is not None:
         plot_seam(log, plot)
-    rows = log_rows(log)
-    _print_result(as_json, f"{log.label}: {log.reason}", rows, {row["figure"]: row["value"] for row in rows})
+    _print_result(as_json, f"{log.label}: {log.reason}", log_rows(log), log_summary(log))
 
 
 # --- evidence -------------------------------------------------------------------------------------------------------
@@ -408,12 +407,12 @@ def show(
     as_json: Json = False,
 ) -> None:
     """Show what a file holds: a table, and with --plot a picture."""
-    from pft_exec.report import describe_file, plot_file
+    from pft_exec.report import plot_contents, read_contents
 
-    contents = describe_file(file)
+    contents = read_contents(file)
     _print_result(as_json, contents.title, contents.rows, {"file": file, "kind": contents.kind, "rows": contents.rows})
     if plot is not None:
-        plot_file(file, plot)
+        plot_contents(contents, plot)
 
 
 @_command("check robot my_robot/")
@@ -423,7 +422,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Check a robot or task of yours, and say what to mend."""
-    from pft_exec.report import check_description
+    from pft_exec.report.check import check_description
 
     with _progress(f"checking {name}"):
         rows = check_description(kind, name)

@@ -99,6 +99,25 @@ def read_file(path: str | Path, format_name: str, version: int) -> dict[str, Any
         ) from error
 
 
+def read_format(path: str | Path) -> str:
+    """What a file says it holds, such as "pft_exec demonstrations"; empty where it says nothing.
+
+    Raises
+    ------
+    StorageError
+        If the file is missing, a folder, truncated or damaged, or not HDF5.
+    """
+    import h5py
+
+    path = Path(path)
+    _check_source(path, "a file of pft_exec")
+    try:
+        with h5py.File(path, "r") as file:
+            return str(file.attrs.get("format", ""))
+    except (OSError, RuntimeError) as error:
+        raise StorageError(f"{path} is truncated or damaged and cannot be read ({error}).") from error
+
+
 def _check_target(path: Path) -> None:
     if path.is_dir():
         raise StorageError(f"cannot write {path}: it is a folder. Name a file in it, such as {path / 'file.h5'}.")

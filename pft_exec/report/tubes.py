@@ -1,0 +1,123 @@
+"""Flow tubes with their demonstrations: in space, and each axis over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import mpl_toolkits.mplot3d  # noqa: F401 - registers the projection "3d"
+import numpy as np
+
+from pft_exec.demonstration import Demonstration, Scene
+from pft_exec.geometry import Array
+from pft_exec.learning import FlowTube
+from pft_exec.report.style import AXES, MARK, MUTED, color_of, frame_in_space, picture
+
+SIGMAS = 2.0  # half width of a drawn tube, standard deviations
+_RING = 25  # points of a cross-section
+_SECTIONS = 60  # cross-sections of a drawn tube
+
+
+def tube_surface(flow_tube: FlowTube, sigmas: float = SIGMAS, sections: int = _SECTIONS) -> Array:
+    """Cross-sections (S, R, 3), m, of a tube: ellipses of the covariance normal to the path, without twist."""
+    index = np.unique(np.linspace(0, len(flow_tube) - 1, sections).astype(int))
+    center, covariance = flow_tube.position[index], flow_tube.covariance[index, :3, :3]
+    angle = np.linspace(0.0, 2.0 * np.pi, _RING)
+    circle = sigmas * np.stack([np.cos(angle), np.sin(angle)])
+    rings = []
+    for place, plane in enumerate(_normal_planes(center)):
+        root: Array = np.linalg.cholesky(plane.T @ covariance[place] @ plane)
+        rings.append(center[place] + (plane @ root @ circle).T)
+    return np.array(rings)
+
+
+def _normal_planes(path: Array) -> list[Array]:
+    """Bases (3, 2) of the planes normal to a path, each turned as little as possible from the one before."""
+    tangents: Array = np.gradient(path, axis=0)
+    plane = np.eye(3)[:, :2]
+    planes = []
+    for tangent in tangents:
+        length = float(np.linalg.norm(tangent))
+        if length > 1e-12:
+            direction = tangent / length
+            flattened = plane - np.outer(direction, direction @ plane)
+            left, values, right = np.linalg.svd(flattened, full_matrices=False)
+            if values[-1] < 1e-6:  # the old plane stands on the new direction
+                complete, _, _ = np.linalg.svd(direction[:, None])
+                left, right = complete[:, 1:], np.eye(2)
+            plane = left @ right
+        planes.append(plane)
+    return planes
+
+
+def plot_tubes(
+    tubes: Mapping[str, FlowTube],
+    demonstrations: Iterable[Demonstration],
+    path: str | Path,
+    scene: Scene | None = None,
+) -> None:
+    """Draw each tube of a scene with the demonstrations it came from: a row per motion, in 3-D and per axis.
+
+    Parameters
+    ----------
+    tubes : {label: FlowTube}
+    demonstrations : iterable of Demonstration
+        Drawn where a tube does not carry its own aligned ones.
+    path : str or Path
+    scene : Scene or None
+        Objects to mark in space.
+
+    Raises
+    ------
+    StorageError
+        If the picture cannot be written.
+    """
+    taught = list(demonstrations)
+    colors = color_of(tubes)
+    with picture(path, 13.0, 0.5 + 3.2 * len(tubes)) as figure:
+        grid = figure.add_gridspec(len(tubes), 4, width_ratios=(1.3, 1.0, 1.0, 1.0))
+        for row, (label, tube) in enumerate(tubes.items()):
+            lines = _demonstrated(tube, taught)
+            _draw_in_space(figure.add_subplot(grid[row, 0], projection="3d"), tube, lines, colors[label], scene)
+            for axis in range(3):
+                axes = figure.add_subplot(grid[row, axis + 1])
+                _draw_axis(axes, tube, lines, axis, colors[label])
+                if row == 0 and axis == 2:
+                    axes.legend(loc="best")
+        figure.suptitle(f"Flow tubes: mean, {SIGMAS:g} standard deviations, and the demonstrations in this scene")
+
+
+def _demonstrated(tube: FlowTube, taught: Iterable[Demonstration]) -> list[tuple[Array, Array]]:
+    """Times (N,), s, and positions (N, 3), m, of the demonstrations of a tube."""
+    if tube.aligned is not None:
+        return list(zip(tube.aligned.time, tube.aligned.position, strict=True))
+    return [(item.time - item.time[0], item.position) for item in taught if item.label == tube.label]
+
+
+def _draw_in_space(
+    axes: Any, tube: FlowTube, lines: Sequence[tuple[Array, Array]], color: str, scene: Scene | None
+) -> None:
+    surface = tube_surface(tube)
+    axes.plot_surface(*np.moveaxis(surface, 2, 0), color=color, alpha=0.22, linewidth=0, shade=False)
+    for _, position in lines:
+        axes.plot(*position.T, color=MUTED, linewidth=0.6)
+    axes.plot(*tube.position.T, color=color, linewidth=2.0)
+    axes.scatter(*tube.position[0], color=color, marker="o", s=22)
+    axes.scatter(*tube.position[-1], color=color, marker="s", s=26)
+    for name, pose in (scene.objects if scene is not None else {}).items():
+        axes.scatter(*pose.position, color=MARK, marker="^", s=26)
+        axes.text(*pose.position, f" {name}", fontsize=7, color=MARK)
+    axes.set_title(f"{tube.label}   (circle: start, square: end)", fontsize=9)
+    objects = [pose.position for pose in scene.objects.values()] if scene is not None else []
+    frame_in_space(axes, np.vstack([surface.reshape(-1, 3), *(position for _, position in lines), *objects]))
+
+
+def _draw_axis(axes: Any, tube: FlowTube, lines: Iterable[tuple[Array, Array]], axis: int, color: str) -> None:
+    mean, spread = tube.position[:, axis], SIGMAS * np.sqrt(tube.covariance[:, axis, axis])
+    axes.fill_between(tube.time, mean - spread, mean + spread, color=color, alpha=0.22, linewidth=0, label="tube")
+    for place, (time, position) in enumerate(lines):
+        axes.plot(time, position[:, axis], color=MUTED, linewidth=0.7, label=None if place else "demonstrations")
+    axes.plot(tube.time, mean, color=color, label="mean")
+    axes.set(xlabel="time (s)", ylabel=f"{AXES[axis]} (m)")
+    axes.set_title(f"{tube.label}: {AXES[axis]}", fontsize=9)
