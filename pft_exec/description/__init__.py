@@ -6,6 +6,7 @@ motion's waypoints into poses, `clearance` measures free space, `success` judges
 is taught apart from what is evaluated.
 """
 
+from pft_exec.description.arm import ArmDescription, CounterbalanceDescription, Graded, GripperDescription
 from pft_exec.description.clearance import hand_clearance, object_clearance
 from pft_exec.description.motion import MotionDescription
 from pft_exec.description.object import BoxShape, CylinderShape, ObjectDescription
@@ -19,15 +20,7 @@ from pft_exec.description.placement import (
     path_is_free,
 )
 from pft_exec.description.randomness import random_stream
-from pft_exec.description.robot import (
-    ArmDescription,
-    CounterbalanceDescription,
-    Graded,
-    GripperDescription,
-    Provenance,
-    RobotDescription,
-    load_robot_description,
-)
+from pft_exec.description.robot import Provenance, RobotDescription, load_robot_description
 from pft_exec.description.strict import read_strictly
 from pft_exec.description.success import Verdict, judge_motion
 from pft_exec.description.task import TaskDescription, load_task

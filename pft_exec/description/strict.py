@@ -31,19 +31,21 @@ _SCALARS = {str: "a string", bool: "true or false", int: "an integer", float: "a
 
 
 @dataclass(frozen=True)
-class _Place:
-    """Where in which file a value stands."""
+class Place:
+    """Where in which file a value stands; `refuse` raises the error that says so."""
 
     file: Path
     key: str = ""
 
-    def __truediv__(self, key: str) -> _Place:
-        return _Place(self.file, f"{self.key}.{key}" if self.key else key)
+    def __truediv__(self, key: str) -> Place:
+        return Place(self.file, f"{self.key}.{key}" if self.key else key)
 
-    def item(self, index: int) -> _Place:
-        return _Place(self.file, f"{self.key}[{index}]")
+    def item(self, index: int) -> Place:
+        """The place of an item of the array that stands here."""
+        return Place(self.file, f"{self.key}[{index}]")
 
     def refuse(self, message: str) -> NoReturn:
+        """Raise a DescriptionError that names file and dotted key."""
         where = f"{self.key}: " if self.key else ""
         raise DescriptionError(f"{self.file}: {where}{message}")
 
@@ -64,7 +66,7 @@ def read_strictly(path: Path, schema: type[Schema]) -> Schema:
         If the file is missing or is no TOML; if a key is unknown or missing; if a value has the wrong type, length
         or choice. The message names the file, the dotted key and, for a misspelt word, the nearest valid one.
     """
-    place = _Place(path)
+    place = Place(path)
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -75,7 +77,7 @@ def read_strictly(path: Path, schema: type[Schema]) -> Schema:
     return result
 
 
-def _table(value: Any, schema: type[Any], place: _Place) -> Any:
+def _table(value: Any, schema: type[Any], place: Place) -> Any:
     if not isinstance(value, Mapping):
         place.refuse(f"expected a table, got {_shown(value)}.")
     fields = {field.name: field for field in dataclasses.fields(schema) if field.init}
@@ -94,7 +96,7 @@ def _has_default(field: dataclasses.Field[Any]) -> bool:
     return field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
 
 
-def _built(schema: type[Any], arguments: dict[str, Any], place: _Place) -> Any:
+def _built(schema: type[Any], arguments: dict[str, Any], place: Place) -> Any:
     try:
         return schema(**arguments)
     except DescriptionError:
@@ -110,7 +112,7 @@ def suggestion(name: str, choices: Mapping[str, Any] | tuple[str, ...]) -> str:
     return f"{hint} Choices: {', '.join(repr(choice) for choice in choices)}."
 
 
-def _convert(value: Any, annotation: Any, place: _Place) -> Any:
+def _convert(value: Any, annotation: Any, place: Place) -> Any:
     origin = get_origin(annotation)
     if annotation in _SCALARS:
         return _scalar(value, annotation, place)
@@ -127,7 +129,7 @@ def _convert(value: Any, annotation: Any, place: _Place) -> Any:
     raise TypeError(f"a schema cannot hold {annotation!r}; see the docstring of {__name__}.")
 
 
-def _scalar(value: Any, kind: type[Any], place: _Place) -> Any:
+def _scalar(value: Any, kind: type[Any], place: Place) -> Any:
     allowed = (int, float) if kind is float else (kind,)
     fits = isinstance(value, allowed) and (kind is bool or not isinstance(value, bool))
     if not fits or (kind is float and not math.isfinite(value)):
@@ -135,13 +137,13 @@ def _scalar(value: Any, kind: type[Any], place: _Place) -> Any:
     return kind(value)
 
 
-def _choice(value: Any, choices: tuple[Any, ...], place: _Place) -> Any:
+def _choice(value: Any, choices: tuple[Any, ...], place: Place) -> Any:
     if value not in choices:
         place.refuse(f"{_shown(value)} is not a choice.{suggestion(str(value), choices)}")
     return value
 
 
-def _array(value: Any, items: tuple[Any, ...], place: _Place) -> Any:
+def _array(value: Any, items: tuple[Any, ...], place: Place) -> Any:
     if not isinstance(value, list):
         place.refuse(f"expected an array, got {_shown(value)}.")
     if items[-1] is Ellipsis:
@@ -153,13 +155,13 @@ def _array(value: Any, items: tuple[Any, ...], place: _Place) -> Any:
     )
 
 
-def _free_table(value: Any, kind: Any, place: _Place) -> dict[str, Any]:
+def _free_table(value: Any, kind: Any, place: Place) -> dict[str, Any]:
     if not isinstance(value, Mapping):
         place.refuse(f"expected a table, got {_shown(value)}.")
     return {key: _convert(item, kind, place / key) for key, item in value.items()}
 
 
-def _member(value: Any, members: tuple[Any, ...], place: _Place) -> Any:
+def _member(value: Any, members: tuple[Any, ...], place: Place) -> Any:
     members = tuple(member for member in members if member is not types.NoneType)
     if len(members) == 1:
         return _convert(value, members[0], place)
@@ -168,7 +170,7 @@ def _member(value: Any, members: tuple[Any, ...], place: _Place) -> Any:
     return _tagged(value, members, place)
 
 
-def _tagged(value: Any, members: tuple[Any, ...], place: _Place) -> Any:
+def _tagged(value: Any, members: tuple[Any, ...], place: Place) -> Any:
     """A union of dataclasses: the `Literal` field that all share says which one it is."""
     tag, kinds = _tags(members)
     if not isinstance(value, Mapping):

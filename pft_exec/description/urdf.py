@@ -46,6 +46,15 @@ class UrdfStructure:
     links: tuple[str, ...]
     root: str
 
+    def chain(self, link: str) -> tuple[UrdfJoint, ...]:
+        """Joints from the root to `link`, in order."""
+        above = {joint.child: joint for joint in self.joints.values()}
+        joints: list[UrdfJoint] = []
+        while link in above:
+            joints.append(above[link])
+            link = joints[-1].parent
+        return tuple(reversed(joints))
+
 
 def read_urdf(path: Path) -> UrdfStructure:
     """Read names, types and limits of a URDF.

@@ -24,13 +24,13 @@ class RobotModel:
     Raises
     ------
     DescriptionError
-        If the URDF does not fit the description.
+        If pinocchio cannot make a mechanism of the URDF.
     """
 
     def __init__(self, description: RobotDescription) -> None:
         self.description = description
         self._urdf = read_urdf(description.urdf)
-        self._model = pinocchio.buildModelFromUrdf(str(description.urdf))
+        self._model = _mechanism(description.urdf)
         self._arms = {name: self._built(arm) for name, arm in description.arms.items()}
 
     @property
@@ -61,11 +61,6 @@ class RobotModel:
     def _built(self, description: ArmDescription) -> Arm:
         held = [self._model.getJointId(name) for name in self._model.names[1:] if name not in description.joints]
         model = pinocchio.buildReducedModel(self._model, held, pinocchio.neutral(self._model))
-        if model.nq != model.nv or tuple(model.names[1:]) != description.joints:
-            raise DescriptionError(
-                f"{self.description.urdf}: the joints of arm {description.name!r} must be revolute or prismatic and "
-                f"stand in chain order; the URDF has {', '.join(model.names[1:])}."
-            )
         return Arm(
             description,
             model,
@@ -73,6 +68,13 @@ class RobotModel:
             joint_friction(description),
             Counterbalance(model, description.counterbalance, description.joints),
         )
+
+
+def _mechanism(urdf: Path) -> pinocchio.Model:
+    try:
+        return pinocchio.buildModelFromUrdf(str(urdf))
+    except (ValueError, RuntimeError) as error:
+        raise DescriptionError(f"{urdf}: cannot be made a mechanism: {error}.") from error
 
 
 def load_robot(name_or_path: str | Path, tool: str | None = None) -> RobotModel:
