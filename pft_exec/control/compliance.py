@@ -190,7 +190,7 @@ def _tracker_gains(time: Array, precision: Array, softness: float) -> Array:
     transition, control = double_integrator(step)
     state_weight = np.zeros((12, 12))
     state_weight[:6, :6] = precision[-1]
-    effort: Array = float(softness) * np.eye(6)
+    effort = np.diag(np.full(6, softness)).astype(float)
     value = solve_discrete_are(transition, control, state_weight, effort)
     gains = np.empty((len(grid), 6, 12))
     for k in range(len(grid) - 1, -1, -1):

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pft_exec.control.limits import Constraint
 from pft_exec.control.objectives import Objective
@@ -43,7 +44,7 @@ class QuadraticProgram:
     G: Array
     lower: Array
     upper: Array
-    soft: np.ndarray
+    soft: NDArray[np.bool_]
 
     @property
     def size(self) -> int:
@@ -78,6 +79,34 @@ def assemble(objective: Objective, bounds: tuple[Array, Array], constraints: Seq
         np.concatenate([bounds[1], *(row.upper for row in constraints)]),
         np.concatenate(soft),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class HardProgram:
+    """A quadratic program of hard rows alone: ``lower <= rows x <= upper``."""
+
+    H: Array
+    c: Array
+    rows: Array
+    lower: Array
+    upper: Array
+
+
+def with_slacks(program: QuadraticProgram) -> HardProgram:
+    """The same program with a variable for each soft row: for solvers that know hard rows only.
+
+    Its variables are the n of `program`, then a scaled slack for each of the k soft rows; its rows are the n bounds and
+    m rows of `program`, in that order.
+    """
+    n, rows = program.size, np.vstack([np.eye(program.size), program.G])
+    soft = np.flatnonzero(program.soft)
+    curvature = np.einsum("ij,ji->i", rows[soft], np.linalg.solve(program.H, rows[soft].T))
+    slack = np.zeros((len(rows), len(soft)))
+    slack[soft, np.arange(len(soft))] = np.sqrt(SOFTNESS * curvature)
+    H = np.eye(n + len(soft))
+    H[:n, :n] = program.H
+    c = np.concatenate([program.c, np.zeros(len(soft))])
+    return HardProgram(H, c, np.hstack([rows, slack]), program.lower, program.upper)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,8 @@
 r"""The time law: how fast the clock of a tube runs, so that a motion keeps its limits and ends at rest.
 
 The tube's own time :math:`\theta` runs at a constant rate, from where it is taken up, and comes to rest at the end of
-the tube along a smooth step :math:`\dot\theta = \rho\,(1 - 3x^2 + 2x^3)`, x from 0 to 1 over the stopping time. Rate and
-acceleration of the clock are continuous.
+the tube along a smooth step :math:`\dot\theta = \rho\,(1 - 3x^2 + 2x^3)`, x from 0 to 1 over the stopping time. Rate
+and acceleration of the clock are continuous.
 """
 
 from __future__ import annotations

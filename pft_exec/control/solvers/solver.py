@@ -1,0 +1,32 @@
+"""What a solver is: anything with a name that turns a program into a solution."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from pft_exec.control.quadratic_program import QuadraticProgram, Solution
+
+
+class Solver(Protocol):
+    """Solves quadratic programs, one after the other; may keep what helps it with the next."""
+
+    name: str
+
+    def solve(self, program: QuadraticProgram) -> Solution:
+        """Solve; a failure is a solution with ``found = False``, never an exception."""
+        ...
+
+
+def not_found(program: QuadraticProgram, status: str) -> Solution:
+    """The solution that says that there is none."""
+    nothing = np.full(len(program.lower), np.nan)
+    return Solution(False, nothing[: program.size], nothing, status)
+
+
+def checked(program: QuadraticProgram, solution: Solution) -> Solution:
+    """The solution, unless it is not finite."""
+    if np.isfinite(solution.x).all():
+        return solution
+    return not_found(program, f"{solution.status}, but not finite")
