@@ -11,8 +11,6 @@ from typing import Any
 from pft_exec.description.arm import ArmDescription, CounterbalanceDescription, Graded, GripperDescription
 from pft_exec.description.strict import Place, suggestion
 
-_GRADED = ("acceleration", "jerk", "coulomb", "viscous")
-
 
 @dataclass(frozen=True)
 class GripperTable:
@@ -87,7 +85,10 @@ def _arm(place: Place, name: str, table: ArmTable) -> ArmDescription:
         name=name,
         tool_frame=table.tool_frame,
         joints=table.joints,
-        **{word: _one_a_joint(place / word, getattr(table, word), table.joints) for word in _GRADED},
+        acceleration=_one_a_joint(place / "acceleration", table.acceleration, table.joints),
+        jerk=_one_a_joint(place / "jerk", table.jerk, table.joints),
+        coulomb=_one_a_joint(place / "coulomb", table.coulomb, table.joints),
+        viscous=_one_a_joint(place / "viscous", table.viscous, table.joints),
         configurations=MappingProxyType(_configurations(place / "configurations", table)),
         counterbalance=_counterbalance(place / "counterbalance", table),
         gripper=_gripper(place / "gripper", table.gripper),
@@ -170,7 +171,10 @@ def _filled(table: ArmTable, other: ArmDescription) -> ArmTable:
     }
     return dataclasses.replace(
         table,
-        **{word: getattr(table, word) or getattr(other, word) for word in _GRADED},
+        acceleration=table.acceleration or other.acceleration,
+        jerk=table.jerk or other.jerk,
+        coulomb=table.coulomb or other.coulomb,
+        viscous=table.viscous or other.viscous,
         configurations=configurations | table.configurations,
         counterbalance=table.counterbalance or _mirrored_springs(table, other),
         gripper=_filled_gripper(table.gripper, other.gripper),

@@ -1,7 +1,7 @@
 """A robot as data: ``robot.toml`` beside a URDF becomes a `RobotDescription`.
 
-The URDF holds kinematics, inertials, limits and shapes; the TOML what a URDF cannot say. An arm that ``mirrors`` another
-states only what differs: limits, friction, springs and configurations are the other's, mirrored.
+The URDF holds kinematics, inertials, limits and shapes; the TOML what a URDF cannot say. An arm that
+``mirrors`` another states only what differs: limits, friction, springs and configurations are the other's, mirrored.
 """
 
 from __future__ import annotations
@@ -147,13 +147,10 @@ def _check_chain(place: Place, arm: ArmDescription, urdf: UrdfStructure) -> None
     for joint in (urdf.joints[name] for name in moving):
         if joint.kind not in ("revolute", "prismatic"):
             place.refuse(f"{joint.name!r} is {joint.kind!r}; write it as 'revolute' with limits, such as +-1000 rad.")
-        if (
-            not joint.lower <= joint.soft_lower < joint.soft_upper <= joint.upper
-            or joint.velocity * joint.effort <= 0.0
-        ):
-            place.refuse(
-                f"{joint.name!r} needs limits in the URDF: lower < upper, soft inside hard, velocity and effort above 0."
-            )
+        if not joint.lower <= joint.soft_lower < joint.soft_upper <= joint.upper:
+            place.refuse(f"{joint.name!r} needs limits in the URDF, lower below upper and soft ones inside the hard.")
+        if not joint.velocity > 0.0 or not joint.effort > 0.0:
+            place.refuse(f"{joint.name!r} needs a velocity and an effort above 0 in the URDF.")
 
 
 def _check_configurations(place: Place, arm: ArmDescription, urdf: UrdfStructure) -> None:
