@@ -121,6 +121,8 @@ def _check_urdf(place: Place, description: RobotDescription) -> None:
         here = place / "arms" / name
         _check_link(here / "tool_frame", arm.tool_frame, urdf)
         _check_chain(here / "joints", arm, urdf)
+    for name, arm in description.arms.items():
+        here = place / "arms" / name
         _check_configurations(here / "configurations", arm, urdf)
         if arm.gripper is not None:
             _check_link(here / "gripper.palm_link", arm.gripper.palm_link, urdf)
