@@ -76,7 +76,7 @@ def test_an_unknown_motion_is_refused_with_the_nearest_name(task: TaskDescriptio
         ('on = "table"', 'on = "bottle"', r"objects\.bottle\.placement\.on: nothing is named 'bottle'"),
         ('position = "bottle", orientation', 'position = "bottel", orientation', r"relations\.end\.position.*'bottle'"),
         ("[objects.cup]", "[objects.start]", r"objects\.start: that word has a meaning of its own"),
-        ("x = [0.56, 0.68]", "x = [0.68, 0.56]", r"x must go from the least to the greatest"),
+        ("x = [0.55, 0.67]", "x = [0.67, 0.55]", r"x must go from the least to the greatest"),
         ("radius = 0.03", "radius = 0.0", r"must be above 0"),
         ("mass = 0.4\n", "", r"mass of an object that is placed must be above 0"),
         ('kind = "cylinder"', 'kind = "sphere"', r"'sphere' is not a choice"),
