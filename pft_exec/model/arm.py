@@ -216,10 +216,18 @@ class Arm:
             Negative takes a load away.
         center : (3,), m
             Center of mass in the tool frame.
+
+        Raises
+        ------
+        ConfigurationError
+            If mass or center is not finite, or the center is not (3,).
         """
+        center = np.asarray(center, dtype=float)
+        if center.shape != (3,) or not np.isfinite(np.append(center, mass)).all():
+            raise ConfigurationError(f"a payload has a mass, kg, and a center (3,), m; got {mass} and {center}.")
         model = pinocchio.Model(self._model)
         frame = model.frames[self._tool]
-        lever = frame.placement.act(np.asarray(center, dtype=float))
+        lever = frame.placement.act(center)
         load = pinocchio.Inertia(float(mass), lever, np.zeros((3, 3)))
         model.inertias[frame.parentJoint] = model.inertias[frame.parentJoint] + load
         return Arm(self.description, model, self.limits, self.friction, self._springs)
