@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
@@ -22,50 +23,40 @@ from pft_exec.exceptions import PFTError
 if TYPE_CHECKING:
     from pft_exec.demonstration import Demonstration
     from pft_exec.execution import ExecutionLog
+    from pft_exec.learning import MotionLibrary
     from pft_exec.simulation import World
 
-app = typer.Typer(
-    name="pft-exec", no_args_is_help=True, add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False
-)
+app = typer.Typer(add_completion=False, rich_markup_mode="rich", pretty_exceptions_enable=False)
 
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 Seed = Annotated[int, typer.Option(help="Same seed, same numbers.", min=0)]
 Robot = Annotated[str, typer.Option(help="Name of a robot, or path of a folder with a robot.toml.")]
 Task = Annotated[str, typer.Option(help="Name of a task, or path of a folder with a task.toml.")]
-ArmName = Annotated[str | None, typer.Option(help="Arm of the robot; the only one, else right.")]
+ArmName = Annotated[str | None, typer.Option(help="Arm of the robot; default: the only one, else right.")]
 Gui = Annotated[bool, typer.Option("--gui", help="Show the world in a window.")]
 Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .svg).")]
-Log = Annotated[Path | None, typer.Option("--out", help="Write the log of the run (HDF5).")]
-LibraryFile = Annotated[Path, typer.Argument(help="Motion library (HDF5) that `learn` wrote.")]
-DemonstrationFile = Annotated[Path, typer.Argument(help="Demonstrations (HDF5) that `teach` or `convert` wrote.")]
+Log = Annotated[Path | None, typer.Option(help="Write the log of the run (HDF5).")]
 Mirror = Annotated[bool, typer.Option("--mirror", help="The library was taught with the other arm.")]
 Substitute = Annotated[list[str] | None, typer.Option(help="Object in place of the taught one, such as bottle=can.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Exit status 1 where a figure misses its floor.")]
+LibraryFile = Annotated[Path, typer.Argument(help="Motion library (HDF5) that `learn` wrote.")]
+DemonstrationFile = Annotated[Path, typer.Argument(help="Demonstrations (HDF5) that `teach` or `convert` wrote.")]
 
-Command = TypeVar("Command", bound=Callable[..., None])
+_WIDTH = 160  # characters of a table that goes to a file
 
 
-def _command(example: str) -> Callable[[Command], Command]:
+def _command(example: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Register a command whose help closes with an example."""
     return app.command(epilog=f"Example: [bold]pft-exec {example}[/bold]")
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        typer.echo(__version__)
-        raise typer.Exit
-
-
-@app.callback()
+@app.callback(invoke_without_command=True)
 def _about(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print it.")
-    ] = False,
+    context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print it.")] = False
 ) -> None:
     """Teach a robot arm by hand; learn, recognize and execute motions as probabilistic flow tubes."""
-
-
-# --- printing -----------------------------------------------------------------------------------------------------
+    if context.invoked_subcommand is None:
+        typer.echo(__version__ if version else context.get_help())
 
 
 @contextmanager
@@ -75,54 +66,33 @@ def _progress(stage: str) -> Iterator[Callable[[str, float], None]]:
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(stage, total=None)
-
-        def advance(stage: str, done: float) -> None:
-            bar.update(task, description=stage, total=1.0, completed=done)
-
-        yield advance
+        yield lambda stage, done: bar.update(task, description=stage, total=1.0, completed=done)
 
 
-def _text(value: Any) -> str:
-    """A cell: floats with four digits, flags as words."""
+def _cell(value: Any) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    return "" if value is None else str(value)
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
 
 
 def _print_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
     """A table with a column per key of the first row."""
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
     columns = list(rows[0]) if rows else []
-    table = Table(*columns, title=title, title_justify="left")
+    for column in columns:
+        table.add_column(column, overflow="fold")
     for row in rows:
-        table.add_row(*(_text(row.get(column)) for column in columns))
-    Console().print(table)
+        table.add_row(*(_cell(row.get(column)) for column in columns))
+    Console(width=None if sys.stdout.isatty() else _WIDTH).print(table, markup=False)
 
 
-def _print_result(as_json: bool, title: str, rows: Sequence[Mapping[str, Any]], result: Mapping[str, Any]) -> None:
-    """The result as JSON, or its rows as a table."""
+def _print_tables(as_json: bool, result: Mapping[str, Any], tables: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
+    """The result as JSON, or its tables: {title: rows}."""
     if as_json:
-        typer.echo(json.dumps(result, indent=2, default=_plain))
+        typer.echo(json.dumps(result, indent=2, default=lambda value: getattr(value, "tolist", value.__str__)()))
     else:
-        _print_rows(title, rows)
-
-
-def _print_tables(as_json: bool, result: Mapping[str, Any]) -> None:
-    """JSON, or each table of a result: ``{"tables": {title: rows}, ...}``."""
-    if as_json:
-        typer.echo(json.dumps(result, indent=2, default=_plain))
-        return
-    for title, rows in result["tables"].items():
-        _print_rows(title, rows)
-
-
-def _plain(value: Any) -> Any:
-    """What JSON can hold of an array, a numpy number or a path."""
-    return value.tolist() if hasattr(value, "tolist") else str(value)
-
-
-# --- from teaching to recognition -----------------------------------------------------------------------------------
+        for title, rows in tables.items():
+            _print_rows(title, rows)
 
 
 @_command("teach demonstrations.h5 --motion reach --motion go_home --count 5 --seed 1")
@@ -143,12 +113,13 @@ def teach(
 
     description = load_task(task)
     labels = motion or list(description.labels)
+    for label in labels:
+        description.motion(label)  # refused before any world opens
     demonstrations: list[Demonstration] = []
     with _progress("opening the world") as advance, World(robot, description, gui=gui, seed=seed) as world:
         for place, label in enumerate(labels):
-            description.motion(label)
             advance(f"teaching {label}", place / len(labels))
-            demonstrations += teach_motion(world, label, arm, count)
+            demonstrations += teach_motion(world, label, arm, count, seed=seed)
     save_demonstrations(out, demonstrations)
     _report_demonstrations(demonstrations, out, as_json)
 
@@ -166,23 +137,20 @@ def convert(
 
     demonstrations = convert_recordings(source, scale)
     save_demonstrations(target, demonstrations)
-    if summary or as_json:
-        _report_demonstrations(demonstrations, target, as_json)
-    else:
-        typer.echo(f"{len(demonstrations)} demonstrations in {target}")
+    _report_demonstrations(demonstrations, target, as_json, summary)
 
 
-def _report_demonstrations(demonstrations: Sequence[Demonstration], path: Path, as_json: bool) -> None:
+def _report_demonstrations(taught: Sequence[Demonstration], path: Path, as_json: bool, table: bool = True) -> None:
     from pft_exec.report import demonstration_rows
 
-    rows = demonstration_rows(demonstrations)
-    _print_result(as_json, f"{len(demonstrations)} demonstrations in {path}", rows, {"file": path, "motions": rows})
+    rows = demonstration_rows(taught)
+    _print_tables(as_json, {"file": path, "motions": rows}, {f"{len(taught)} demonstrations in {path}": rows * table})
 
 
 @_command("learn demonstrations.h5 library.h5 --count 5 --held-out rest.h5")
 def learn(
     demonstrations: DemonstrationFile,
-    out: Annotated[Path, typer.Argument(help="Motion library to write (HDF5).")],
+    library: Annotated[Path, typer.Argument(help="Motion library to write (HDF5).")],
     method: Annotated[str, typer.Option(help="robust or dong2012.")] = "robust",
     count: Annotated[int | None, typer.Option(help="Learn from so many of each motion; default: all.", min=2)] = None,
     held_out: Annotated[Path | None, typer.Option(help="Write the demonstrations that --count left over.")] = None,
@@ -191,31 +159,18 @@ def learn(
 ) -> None:
     """Learn a motion library, and print which motion variables are relevant and the numbers that decided it."""
     from pft_exec import learn_library, load_demonstrations, save_demonstrations
-    from pft_exec.report import decision_rows
+    from pft_exec.report import decision_rows, hold_out
 
     taught = load_demonstrations(demonstrations)
-    chosen, rest = (taught, []) if count is None else _split(taught, count, seed)
+    chosen, rest = (taught, []) if count is None else hold_out(taught, count, seed)
     with _progress("learning"):
-        library = learn_library(chosen, method)
-    library.save(out)
+        learned = learn_library(chosen, method)
+    learned.save(library)
     if held_out is not None:
         save_demonstrations(held_out, rest)
-    decisions = {label: library[label].variables.to_dict() for label in library.labels}
-    result = {"file": out, "method": method, "learned_from": len(chosen), "held_out": len(rest), "motions": decisions}
-    _print_result(as_json, f"{len(library)} motions in {out}", decision_rows(library), result)
-    if not as_json:
-        typer.echo(library.describe())
-
-
-def _split(taught: Sequence[Demonstration], count: int, seed: int | None) -> tuple[list[Any], list[Any]]:
-    """`count` demonstrations of each label, and the rest."""
-    order = list(range(len(taught)))
-    if seed is not None:
-        random.Random(seed).shuffle(order)  # noqa: S311 - a draw, no secret
-    chosen: list[int] = []
-    for label in dict.fromkeys(demonstration.label for demonstration in taught):
-        chosen += [place for place in order if taught[place].label == label][:count]
-    return [taught[i] for i in sorted(chosen)], [d for i, d in enumerate(taught) if i not in chosen]
+    decisions = {label: learned[label].variables.to_dict() for label in learned.labels}
+    result = {"file": library, "learned_from": len(chosen), "held_out": len(rest), "motions": decisions}
+    _print_tables(as_json, result, {f"{library}: learned from {len(chosen)} demonstrations": decision_rows(learned)})
 
 
 @_command("recognize library.h5 rest.h5 --plot belief.png")
@@ -236,17 +191,13 @@ def recognize(
         for place, stream in enumerate(streams):
             results.append(recognize_stream(known, stream, method))
             advance("recognizing", (place + 1) / len(streams))
-    right = sum(result.is_right for result in results)
-    rows = recognition_rows(results)
-    _print_result(as_json, f"{right} of {len(rows)} recognized", rows, {"recognized": right, "recordings": rows})
     if plot is not None:
         plot_beliefs(results, plot)
+    right, rows = sum(result.is_right for result in results), recognition_rows(results)
+    _print_tables(as_json, {"recognized": right, "recordings": rows}, {f"{right} of {len(rows)} recognized": rows})
 
 
-# --- execution ------------------------------------------------------------------------------------------------------
-
-
-@_command("execute library.h5 reach --seed 7 --out run.h5 --plot seam.png")
+@_command("execute library.h5 reach --seed 7 --log run.h5 --plot run.png")
 def execute(
     library: LibraryFile,
     motion: Annotated[str, typer.Argument(help="Motion of the library.")],
@@ -256,25 +207,21 @@ def execute(
     mirror: Mirror = False,
     substitute: Substitute = None,
     seed: Seed = 0,
-    out: Log = None,
+    log: Log = None,
     plot: Plot = None,
     gui: Gui = False,
     as_json: Json = False,
 ) -> None:
     """Execute a motion by itself in a scene that is drawn from the task's placements."""
-    from pft_exec import MotionLibrary
     from pft_exec import execute as execute_tube
 
-    known = MotionLibrary.load(library)
-    known[motion]
-    with _progress(f"executing {motion}"), _world(robot, task, arm, seed, gui) as world:
-        known = known.mirrored(world.base) if mirror else known
-        tube = known[motion].flow_tube(world.scene, world.tool(arm), _substitutions(substitute))
-        log = execute_tube(world, tube, arm)
-    _report_run(log, out, plot, as_json)
+    swaps = _substitutions(substitute)
+    with _stage(library, motion, robot, task, arm, mirror, seed, gui) as (world, known):
+        run = execute_tube(world, known[motion].flow_tube(world.scene, world.tool(arm), swaps), arm)
+    _report_run(run, log, plot, as_json)
 
 
-@_command("assist library.h5 reach --seed 7 --out run.h5 --plot seam.png")
+@_command("assist library.h5 reach --seed 7 --log run.h5 --plot seam.png")
 def assist(
     library: LibraryFile,
     motion: Annotated[str, typer.Argument(help="Motion that the synthetic hand begins, without saying so.")],
@@ -283,51 +230,49 @@ def assist(
     arm: ArmName = None,
     mirror: Mirror = False,
     seed: Seed = 0,
-    out: Log = None,
+    log: Log = None,
     plot: Plot = None,
     gui: Gui = False,
     as_json: Json = False,
 ) -> None:
     """A hand begins a motion; the robot recognizes it, takes over and finishes it."""
-    from pft_exec import MotionLibrary
     from pft_exec import assist as assist_hand
 
-    known = MotionLibrary.load(library)
-    known[motion]
-    with _progress(f"assisting {motion}"), _world(robot, task, arm, seed, gui) as world:
-        log = assist_hand(world, known.mirrored(world.base) if mirror else known, motion, arm)
-    _report_run(log, out, plot, as_json)
+    with _stage(library, motion, robot, task, arm, mirror, seed, gui) as (world, known):
+        run = assist_hand(world, known, motion, arm, seed=seed)
+    _report_run(run, log, plot, as_json)
 
 
 @contextmanager
-def _world(robot: str, task: str, arm: str | None, seed: int, gui: bool) -> Iterator[World]:
-    """A world in a scene drawn for that arm."""
-    from pft_exec import World
+def _stage(
+    library: Path, motion: str, robot: str, task: str, arm: str | None, mirror: bool, seed: int, gui: bool
+) -> Iterator[tuple[World, MotionLibrary]]:
+    """A library that knows the motion, as the arm makes its motions, and a world in a scene drawn for that arm."""
+    from pft_exec import MotionLibrary, World
 
-    with World(robot, task, gui=gui, seed=seed) as world:
+    known = MotionLibrary.load(library)
+    known[motion]  # refused before any world opens
+    with _progress(motion), World(robot, task, gui=gui, seed=seed) as world:
         world.reset(world.draw_scene(seed, arm))
-        yield world
+        yield world, known.mirrored(world.base) if mirror else known
 
 
 def _substitutions(pairs: Sequence[str] | None) -> dict[str, str]:
     """``["bottle=can"]`` as a mapping from the taught object to the one that takes its place."""
-    named = dict(pair.partition("=")[::2] for pair in pairs or ())
-    if not all(named) or not all(named.values()):
+    named = {taught: now for taught, _, now in (pair.partition("=") for pair in pairs or ())}
+    if not all((*named, *named.values())):
         raise typer.BadParameter("a substitution names two objects, such as bottle=can.")
     return named
 
 
-def _report_run(log: ExecutionLog, out: Path | None, plot: Path | None, as_json: bool) -> None:
-    from pft_exec.report import log_rows, log_summary, plot_seam
+def _report_run(run: ExecutionLog, log: Path | None, plot: Path | None, as_json: bool) -> None:
+    from pft_exec.report import log_rows, log_summary, plot_log
 
-    if out is not None:
-        log.save(out)
+    if log is not None:
+        run.save(log)
     if plot is not None:
-        plot_seam(log, plot)
-    _print_result(as_json, f"{log.label}: {log.reason}", log_rows(log), log_summary(log))
-
-
-# --- evidence -------------------------------------------------------------------------------------------------------
+        plot_log(run, plot)
+    _print_tables(as_json, log_summary(run), {run.reason: log_rows(run)})
 
 
 @_command("demo --out runs/demo --seed 0")
@@ -343,13 +288,13 @@ def demo(
 
     with _progress("opening the world") as advance:
         report = run_demo(out, seed=seed, progress=advance, video=video)
-    _report_figures(as_json, f"report in {out}", report, strict)
+    _report_figures(report, out, strict, as_json)
 
 
 @_command("evaluate --seeds 20 --out runs/evaluation")
 def evaluate(
-    seeds: Annotated[int, typer.Option(help="Number of runs of the demo.", min=1)] = 20,
-    seed: Annotated[int, typer.Option(help="Seed of the first run.", min=0)] = 0,
+    seeds: Annotated[int, typer.Option(help="Number of runs of the demo, from --seed up.", min=1)] = 20,
+    seed: Seed = 0,
     jobs: Annotated[int, typer.Option(help="Processes.", min=1)] = 1,
     out: Annotated[Path, typer.Option(help="Folder of the report.")] = Path("runs/evaluation"),
     strict: Strict = False,
@@ -360,13 +305,13 @@ def evaluate(
 
     with _progress("evaluating") as advance:
         report = run_study(range(seed, seed + seeds), out=out, jobs=jobs, progress=advance)
-    _report_figures(as_json, f"report in {out}", report, strict)
+    _report_figures(report, out, strict, as_json)
 
 
-def _report_figures(as_json: bool, title: str, report: Mapping[str, Any], strict: bool) -> None:
-    """The table of figures that closes a report; with `strict`, exit status 1 where a floor is missed."""
+def _report_figures(report: Mapping[str, Any], out: Path, strict: bool, as_json: bool) -> None:
+    """The table of figures that closes a report."""
     rows = [{"figure": name, **figure} for name, figure in report["figures"].items()]
-    _print_result(as_json, title, rows, report)
+    _print_tables(as_json, report, {f"report in {out}": rows})
     if strict and not all(row["ok"] for row in rows):
         raise typer.Exit(1)
 
@@ -375,15 +320,14 @@ def _report_figures(as_json: bool, title: str, report: Mapping[str, Any], strict
 def reproduce(
     what: Annotated[str, typer.Argument(help="Table or figure of the paper: table1, table2, real, all.")],
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 5,
-    out: Annotated[Path | None, typer.Option(help="Folder for the result and its pictures.")] = None,
     as_json: Json = False,
 ) -> None:
     """Reproduce a table of the paper, ours and its baselines beside the published figures."""
     from pft_exec.evaluation import reproduce as reproduce_tables
 
     with _progress(f"reproducing {what}") as advance:
-        result = reproduce_tables(what, seeds=seeds, out=out, progress=advance)
-    _print_tables(as_json, result)
+        result = reproduce_tables(what, seeds=seeds, progress=advance)
+    _print_tables(as_json, result, result["tables"])
 
 
 @_command("benchmark recognition")
@@ -397,10 +341,10 @@ def benchmark(
 
     with _progress(f"timing {what}") as advance:
         result = run_benchmark(what, seed=seed, progress=advance)
-    _print_tables(as_json, result)
+    _print_tables(as_json, result, result["tables"])
 
 
-@_command("show library.h5")
+@_command("show library.h5 --plot tubes.png")
 def show(
     file: Annotated[Path, typer.Argument(help="Demonstrations, motion library, or log of a run (HDF5).")],
     plot: Plot = None,
@@ -410,9 +354,9 @@ def show(
     from pft_exec.report import plot_contents, read_contents
 
     contents = read_contents(file)
-    _print_result(as_json, contents.title, contents.rows, {"file": file, "kind": contents.kind, "rows": contents.rows})
     if plot is not None:
         plot_contents(contents, plot)
+    _print_tables(as_json, {"kind": contents.kind, "rows": contents.rows}, {contents.title: contents.rows})
 
 
 @_command("check robot my_robot/")
@@ -421,34 +365,31 @@ def check(
     name: Annotated[str, typer.Argument(help="Its name, or the path of its folder.")],
     as_json: Json = False,
 ) -> None:
-    """Check a robot or task of yours, and say what to mend."""
+    """Check a robot or task of yours, and say what to mend; exit status 1 where something is to be mended."""
     from pft_exec.report.check import check_description
 
     with _progress(f"checking {name}"):
         rows = check_description(kind, name)
-    _print_result(as_json, f"{kind} {name}", rows, {"checks": rows})
+    _print_tables(as_json, {"checks": rows}, {f"{kind} {name}": rows})
     if not all(row["ok"] for row in rows):
         raise typer.Exit(1)
-
-
-# --- entry ----------------------------------------------------------------------------------------------------------
 
 
 def run(arguments: Sequence[str]) -> int:
     """Run the command line and return its exit status: 0, 1 where a check failed, 2 for a mistake of the user's."""
     try:
-        status = app(list(arguments), prog_name="pft-exec", standalone_mode=False)
-    except typer.TyperException as mistake:
-        return _complain(mistake.format_message())
-    except (PFTError, OSError) as mistake:
-        return _complain(str(mistake))
+        with warnings.catch_warnings():
+            warnings.showwarning = lambda message, *_: _say(f"warning: {message}")
+            status = app(list(arguments), prog_name="pft-exec", standalone_mode=False)
+    except (typer.TyperException, PFTError, OSError) as mistake:
+        _say(mistake.format_message() if isinstance(mistake, typer.TyperException) else str(mistake))
+        return 2
     return status if isinstance(status, int) else 0
 
 
-def _complain(message: str) -> int:
-    if message:  # none where the help was printed instead
-        typer.echo(f"pft-exec: {' '.join(message.split())}", err=True)
-    return 2
+def _say(message: str) -> None:
+    """One line on standard error."""
+    typer.echo(f"pft-exec: {' '.join(message.split())}", err=True)
 
 
 def main() -> None:

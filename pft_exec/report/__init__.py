@@ -8,9 +8,9 @@ Rows are plain mappings, a column per key. `report.check` looks over a robot or 
 from pft_exec.report.belief import plot_belief, plot_beliefs
 from pft_exec.report.contents import FileContents, plot_contents, read_contents
 from pft_exec.report.paths import plot_demonstrations
-from pft_exec.report.seam import plot_run, plot_seam
+from pft_exec.report.seam import plot_log, plot_run, plot_seam
 from pft_exec.report.stiffness import plot_stiffness
-from pft_exec.report.stream import StreamRecognition, recognize_stream
+from pft_exec.report.stream import StreamRecognition, hold_out, recognize_stream
 from pft_exec.report.tables import decision_rows, demonstration_rows, log_rows, log_summary, recognition_rows
 from pft_exec.report.tubes import plot_tubes, tube_surface
 from pft_exec.report.video import write_video
@@ -20,12 +20,14 @@ __all__ = [
     "StreamRecognition",
     "decision_rows",
     "demonstration_rows",
+    "hold_out",
     "log_rows",
     "log_summary",
     "plot_belief",
     "plot_beliefs",
     "plot_contents",
     "plot_demonstrations",
+    "plot_log",
     "plot_run",
     "plot_seam",
     "plot_stiffness",

@@ -11,11 +11,11 @@ from pft_exec.demonstration.hdf5 import read_format
 from pft_exec.demonstration.storage import FORMAT as DEMONSTRATIONS
 from pft_exec.exceptions import StorageError
 from pft_exec.execution.log import FORMAT as LOG
-from pft_exec.execution.log import ExecutionLog, Stage
+from pft_exec.execution.log import ExecutionLog
 from pft_exec.learning import MotionLibrary
 from pft_exec.learning.library import FORMAT as LIBRARY
 from pft_exec.report.paths import plot_demonstrations
-from pft_exec.report.seam import plot_run, plot_seam
+from pft_exec.report.seam import plot_log
 from pft_exec.report.tables import decision_rows, demonstration_rows, log_rows
 from pft_exec.report.tubes import plot_tubes
 
@@ -74,8 +74,7 @@ def plot_contents(contents: FileContents, path: str | Path) -> None:
     """
     data = contents.data
     if isinstance(data, ExecutionLog):
-        has_handoff = bool((data.stage == Stage.TRANSITION).any())
-        (plot_seam if has_handoff else plot_run)(data, path)
+        plot_log(data, path)
     elif isinstance(data, MotionLibrary):
         taught = [item for label in data.labels for item in data[label].demonstrations]
         tubes = {label: data[label].flow_tube(data[label].demonstrations[0].scene) for label in data.labels}

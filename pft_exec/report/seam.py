@@ -78,6 +78,17 @@ def plot_run(log: ExecutionLog, path: str | Path) -> None:
         figure.suptitle(f"{log.label}, {log.arm} arm: {log.reason}")
 
 
+def plot_log(log: ExecutionLog, path: str | Path) -> None:
+    """Draw a run: around its handoff where it has one, else as a whole.
+
+    Raises
+    ------
+    StorageError
+        If the picture cannot be written.
+    """
+    (plot_seam if (log.stage == Stage.TRANSITION).any() else plot_run)(log, path)
+
+
 def _around_handoff(log: ExecutionLog) -> slice:
     """Rows from shortly before the transition to shortly after it; all rows where there is none."""
     moving = np.flatnonzero(log.stage == Stage.TRANSITION)

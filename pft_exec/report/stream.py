@@ -80,6 +80,20 @@ class StreamRecognition:
         return float(np.mean([label == self.truth for label in self.leading]))
 
 
+def hold_out(
+    demonstrations: Sequence[Demonstration], count: int, seed: int | None = None
+) -> tuple[list[Demonstration], list[Demonstration]]:
+    """Set `count` demonstrations of each label apart from the rest: the first ones, or drawn with a seed."""
+    order = (
+        np.arange(len(demonstrations)) if seed is None else np.random.default_rng(seed).permutation(len(demonstrations))
+    )
+    chosen: set[int] = set()
+    for label in {demonstration.label for demonstration in demonstrations}:
+        chosen.update([int(place) for place in order if demonstrations[place].label == label][:count])
+    kept = [demonstration for place, demonstration in enumerate(demonstrations) if place in chosen]
+    return kept, [demonstration for place, demonstration in enumerate(demonstrations) if place not in chosen]
+
+
 def recognize_stream(library: MotionLibrary, recording: Demonstration, method: str = "phase") -> StreamRecognition:
     """Feed one recording, in the scene and from the start it was made in, to a new recognizer.
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
 from pft_exec.execution.log import ExecutionLog
-from pft_exec.learning import FrameDecision, MotionLibrary
+from pft_exec.learning import MotionLibrary
 from pft_exec.report.stream import StreamRecognition
 
 Row = dict[str, Any]
@@ -38,39 +38,18 @@ def _group_row(label: str, group: Sequence[Demonstration]) -> Row:
 
 
 def decision_rows(library: MotionLibrary) -> list[Row]:
-    """A row per decision about a motion variable, with the numbers that decided it; mm and degrees."""
-    return [_decision_row(*entry) for entry in _decisions(library)]
-
-
-def _decisions(library: MotionLibrary) -> Iterator[tuple[str, str, str, FrameDecision]]:
-    for label in library.labels:
-        variables = library[label].variables
-        for end, decision in (("start", variables.start), ("end", variables.end)):
-            yield label, end, "position", decision.position
-            if decision.orientation is not None:
-                yield label, end, "orientation", decision.orientation
-
-
-def _decision_row(label: str, end: str, channel: str, decision: FrameDecision) -> Row:
-    scale, unit = (1000.0, "mm") if channel == "position" else (180.0 / np.pi, "deg")
-    rivals = sorted((spread, name) for name, spread in decision.candidates.items() if name != decision.frame)
-    return {
-        "motion": label,
-        "end": end,
-        "of": channel,
-        "relevant": decision.frame or "-",
-        "spread": f"{scale * decision.spread:.1f} {unit}",
-        "next": ", ".join(f"{name} {scale * spread:.1f} {unit}" for spread, name in rivals[:2]),
-        "p": float(decision.p_value),
-        "ambiguous": decision.ambiguous,
-    }
+    """A row per decision about a motion variable, in words, with the numbers that decided it."""
+    return [
+        {"motion": label, "decision": line.removeprefix(f"`{label}` ")}
+        for label in library.labels
+        for line in library[label].describe().splitlines()
+    ]
 
 
 def recognition_rows(results: Iterable[StreamRecognition]) -> list[Row]:
-    """A row per recording: what it was taken for, how surely, and from when on."""
+    """A row per recording: what it was taken for, how surely, from when on, and how long the right label led."""
     return [
         {
-            "recording": place,
             "motion": item.truth,
             "recognized as": item.label,
             "right": item.is_right,
@@ -78,9 +57,9 @@ def recognition_rows(results: Iterable[StreamRecognition]) -> list[Row]:
             "unknown": item.unknown,
             "decided (s)": item.decision_time,
             "decided (%)": 100.0 * item.decision_share,
-            "time right (%)": 100.0 * item.share_right,
+            "led (%)": 100.0 * item.share_right,
         }
-        for place, item in enumerate(results)
+        for item in results
     ]
 
 
