@@ -10,8 +10,7 @@ from functools import partial
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.evaluation.baselines import learn_hmm, learn_nearest_neighbor, learn_promp
-from pft_exec.evaluation.trace import Learn, Trace
+from pft_exec.evaluation.trace import Classifier, Learn, Trace
 from pft_exec.exceptions import UnknownMethodError
 from pft_exec.learning import MotionLibrary, learn_library
 from pft_exec.recognition import OnlineRecognizer
@@ -54,15 +53,38 @@ def learn_tubes(demonstrations: Sequence[Demonstration], learning: str, recognit
     return TubeClassifier(learn_library(demonstrations, method=learning), recognition)
 
 
+def _learn_hmm(demonstrations: Sequence[Demonstration], states: int | None, topology: str) -> Classifier:
+    from pft_exec.evaluation.baselines.hmm import learn_hmm
+
+    return learn_hmm(demonstrations, states=states, topology=topology)
+
+
+def _learn_promp(demonstrations: Sequence[Demonstration]) -> Classifier:
+    from pft_exec.evaluation.baselines.promp import learn_promp
+
+    return learn_promp(demonstrations)
+
+
+def _learn_neighbor(demonstrations: Sequence[Demonstration], direction: bool) -> Classifier:
+    from pft_exec.evaluation.baselines.nearest_neighbor import learn_nearest_neighbor
+
+    return learn_nearest_neighbor(demonstrations, direction=direction)
+
+
+# A baseline's libraries are an extra of the package: they are imported when the method is asked for.
 METHODS: dict[str, Learn] = {
     "robust, phase": partial(learn_tubes, learning="robust", recognition="phase"),
     "dong2012": partial(learn_tubes, learning="dong2012", recognition="dong2012"),
-    "HMM, left to right": partial(learn_hmm, topology="left_to_right"),
-    "HMM, ergodic": partial(learn_hmm, topology="ergodic"),
-    "HMM, states by BIC": partial(learn_hmm, states=None),
-    "ProMP": learn_promp,
-    "DTW neighbor": learn_nearest_neighbor,
-    "DTW neighbor, direction": partial(learn_nearest_neighbor, direction=True),
+    "HMM, left to right": partial(_learn_hmm, states=3, topology="left_to_right"),
+    "HMM, ergodic": partial(_learn_hmm, states=3, topology="ergodic"),
+    "ProMP": _learn_promp,
+    "DTW neighbor": partial(_learn_neighbor, direction=False),
+    "DTW neighbor, direction": partial(_learn_neighbor, direction=True),
+}
+OPTIONAL_METHODS: dict[str, Learn] = {
+    "HMM, states by BIC": partial(_learn_hmm, states=None, topology="left_to_right"),
+    "robust, dong2012": partial(learn_tubes, learning="robust", recognition="dong2012"),
+    "dong2012, phase": partial(learn_tubes, learning="dong2012", recognition="phase"),
 }
 
 
@@ -74,6 +96,7 @@ def method_named(name: str) -> Learn:
     UnknownMethodError
         If there is none of that name.
     """
-    if name not in METHODS:
-        raise UnknownMethodError("method of recognition", name, METHODS)
-    return METHODS[name]
+    choices = METHODS | OPTIONAL_METHODS
+    if name not in choices:
+        raise UnknownMethodError("method of recognition", name, choices)
+    return choices[name]
