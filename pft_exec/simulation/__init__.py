@@ -5,6 +5,7 @@ outside are poses with quaternions (x, y, z, w), world frame, and arrays in the 
 """
 
 from pft_exec.simulation.camera import VIEWS, Camera, View
+from pft_exec.simulation.hand import HandGrip, HandGuide, RecordedPath, ToolPath
 from pft_exec.simulation.placement import check_reach, default_arm, nominal_start, task_for
 from pft_exec.simulation.push import Push
 from pft_exec.simulation.replay import WorldState, render_states
@@ -13,7 +14,11 @@ from pft_exec.simulation.world import World
 __all__ = [
     "VIEWS",
     "Camera",
+    "HandGrip",
+    "HandGuide",
     "Push",
+    "RecordedPath",
+    "ToolPath",
     "View",
     "World",
     "WorldState",

@@ -14,7 +14,7 @@ from pft_exec.demonstration import Scene
 from pft_exec.description import Setting, TaskDescription, draw_scene, path_is_free, random_stream, resolve_waypoints
 from pft_exec.description.motion import StartDescription
 from pft_exec.exceptions import UnreachableError
-from pft_exec.geometry import Pose
+from pft_exec.geometry import Array, Pose
 from pft_exec.model import Arm, RobotModel, solve_inverse_kinematics
 
 _ATTEMPTS = 100
@@ -65,10 +65,10 @@ def check_reach(arm: Arm, task: TaskDescription, label: str, scene: Scene, start
     for what, pose in _poses(task, label, scene, start):
         reached = solve_inverse_kinematics(arm, task.robot_base.inverse() @ pose, _seed(arm))
         if not reached.found:
+            place = ", ".join(f"{x:.3f}" for x in pose.position)
             raise UnreachableError(
-                f"the {arm.name} arm cannot make {label!r} in this scene: {what} lies at "
-                f"({', '.join(f'{x:.3f}' for x in pose.position)}) m, and the tool stays {reached.position_error:.3f} m "
-                f"and {reached.rotation_error:.3f} rad away from it."
+                f"the {arm.name} arm cannot make {label!r} in this scene: {what} lies at ({place}) m, and the tool "
+                f"stays {reached.position_error:.3f} m and {reached.rotation_error:.3f} rad away from it."
             )
 
 
@@ -121,7 +121,7 @@ def _poses(task: TaskDescription, label: str, scene: Scene, start: Pose | None) 
         yield what, Pose(position, quaternion)
 
 
-def _seed(arm: Arm) -> np.ndarray:
+def _seed(arm: Arm) -> Array:
     if _WORK in arm.configurations:
         return arm.configuration(_WORK)
     return 0.5 * (arm.limits.lower + arm.limits.upper)

@@ -37,7 +37,7 @@ class Push:
         if force.shape != (3,) or not np.isfinite([*force, self.start, self.duration]).all() or self.duration < 0.0:
             raise SimulationError(
                 f"a push needs a finite start and duration (s, not negative) and a force (3,), N; "
-                f"got {self.start}, {self.duration} and {self.force}."
+                f"got {self.start}, {self.duration} and {self.force!r}."
             )
         object.__setattr__(self, "force", read_only(force))
 

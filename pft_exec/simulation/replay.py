@@ -1,7 +1,7 @@
 """Recorded world states and their replay: a simulation need not wait for the renderer.
 
-While it runs, a world is asked for its state 20 to 25 times a second (`World.record_state`, some microseconds); pictures
-are made from the states later, in another world or another process.
+While it runs, a world is asked for its state 20 to 25 times a second (`World.record_state`, some microseconds);
+pictures are made from the states later, in another world or another process.
 """
 
 from __future__ import annotations

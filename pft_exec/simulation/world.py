@@ -15,17 +15,17 @@ from numpy.typing import ArrayLike
 from pft_exec.demonstration import Scene
 from pft_exec.description import TaskDescription, load_task
 from pft_exec.exceptions import MissingObjectError, SimulationError, UnknownArmError
-from pft_exec.geometry import Array, Pose, conjugate, rotate
+from pft_exec.geometry import Array, Pose, conjugate, multiply, rotate
 from pft_exec.model import Arm, RobotModel, load_robot
 from pft_exec.simulation.camera import Camera
 from pft_exec.simulation.engine import Engine
-from pft_exec.simulation.object_body import ObjectBody
 from pft_exec.simulation.floor import build_floor
+from pft_exec.simulation.object_body import ObjectBody
 from pft_exec.simulation.placement import default_arm, draw_reachable_scene, task_for
 from pft_exec.simulation.replay import WorldState
 from pft_exec.simulation.robot_body import RobotBody
 
-_WORK = "work"  # named configuration that arms stand in after a reset, where the robot has one
+_WORK, _PARKED = "work", "parked"  # named configurations that arms stand in after a reset, where the robot has them
 
 
 class World:
@@ -70,6 +70,7 @@ class World:
         self.robot = robot if isinstance(robot, RobotModel) else load_robot(robot)
         self.task = task if isinstance(task, TaskDescription) else load_task(task)
         self.control_period, self.physics_step = control_period, physics_step
+        self._at_origin = self.base == Pose(np.zeros(3))
         self.steps_per_period = _steps_per_period(control_period, physics_step)
         self._scene = _checked_scene(self.task, scene or self.draw_scene(seed))
         self._engine = Engine(physics_step, gui)
@@ -86,14 +87,16 @@ class World:
             name: ObjectBody(self._engine, item, item.fixed.pose if item.fixed is not None else self._scene[name])
             for name, item in self.task.objects.items()
         }
+        at_work = set(configurations) or {self.arm_name()}
         for name in self.robot.arms:
-            self.place(name, configurations.get(name, self._standing(name)))
+            self.place(name, configurations.get(name, self._standing(name, _WORK if name in at_work else _PARKED)))
 
-    def _standing(self, arm: str) -> ArrayLike:
-        """Where an arm stands after a reset: at work, or in the middle of its limits."""
-        named = self.robot.description.arms[arm].configurations
-        limits = self.robot.arm(arm).limits
-        return named[_WORK] if _WORK in named else 0.5 * (limits.lower + limits.upper)
+    def _standing(self, arm: str, name: str) -> ArrayLike:
+        """Where an arm stands after a reset: as named, or in the middle of its limits."""
+        model = self.robot.arm(arm)
+        if name in model.configurations:
+            return model.configuration(name)
+        return 0.5 * (model.limits.lower + model.limits.upper)
 
     @property
     def base(self) -> Pose:
@@ -138,7 +141,21 @@ class World:
     def tool(self, arm: str | None = None) -> Pose:
         """Pose of an arm's tool now, world frame; by the model, from the measured configuration."""
         name = self.arm_name(arm)
-        return self.base @ self.robot.arm(name).forward(self._body.arm_state(name)[0])
+        pose = self.robot.arm(name).forward(self._body.arm_state(name)[0])
+        return pose if self._at_origin else self.base @ pose
+
+    def tool_motion(self, arm: str | None = None) -> tuple[Array, Array, Array]:
+        """Position (3,), m, quaternion (4,), (x, y, z, w), and velocity (6,) of an arm's tool now, world frame.
+
+        The velocity is linear, m/s, then angular, rad/s. As `tool`, but fast enough for every physics step.
+        """
+        name = self.arm_name(arm)
+        dynamics = self.robot.arm(name).dynamics(*self._body.arm_state(name))
+        if self._at_origin:
+            return dynamics.position, dynamics.quaternion, dynamics.velocity
+        turn = self.base.quaternion
+        velocity = rotate(turn, dynamics.velocity.reshape(2, 3)).ravel()
+        return self.base.apply(dynamics.position), multiply(turn, dynamics.quaternion), velocity
 
     def command(self, arm: str, torque: ArrayLike) -> None:
         """Set an arm's motor torque (n,), N m, for the coming physics steps, until it is set again; releases the brake.
@@ -180,8 +197,9 @@ class World:
             If a shape is wrong or a number is not finite.
         """
         wrench = np.stack([_checked(force, 3, "force", "N"), _checked(torque, 3, "torque", "N m")])
-        in_base = rotate(conjugate(self.base.quaternion), wrench)
-        self._body.push(self.arm_name(arm), in_base.ravel())
+        if not self._at_origin:
+            wrench = rotate(conjugate(self.base.quaternion), wrench)
+        self._body.push(self.arm_name(arm), wrench.ravel())
 
     def step(self) -> None:
         """Advance by one physics step."""
@@ -222,7 +240,13 @@ class World:
         self._body.place(name, q)
 
     def reset(self, scene: Scene | None = None, configurations: Mapping[str, ArrayLike] | None = None) -> None:
-        """Set up anew: time 0, objects in a scene (None: the one of the last set-up), arms braked in configurations.
+        """Set up anew: time 0, objects in a scene (None: the one of the last set-up), every arm braked.
+
+        Parameters
+        ----------
+        scene : Scene or None
+        configurations : mapping of arm to (n,), rad
+            Where arms stand; those not named are parked. None puts the default arm to its working configuration.
 
         Raises
         ------
