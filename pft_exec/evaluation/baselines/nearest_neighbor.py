@@ -120,3 +120,23 @@ def _usual_distance(references: dict[str, list[Array]], extent: float) -> float:
         if len(group) > 1
     ]
     return max(float(np.median(distances)) if distances else 0.0, 1e-6 * extent**2)
+
+
+@numba.njit(cache=True)
+def warped_distance(first: Array, second: Array) -> float:
+    """Mean distance along the best alignment of two paths (N, d), (M, d); steps (1, 0), (0, 1), (1, 1)."""
+    length, count = len(first), len(second)
+    cost = np.full((length + 1, count + 1), np.inf)
+    steps = np.zeros((length + 1, count + 1))
+    cost[0, 0] = 0.0
+    for i in range(length):
+        for j in range(count):
+            distance = np.sqrt(np.sum((first[i] - second[j]) ** 2))
+            best, taken = cost[i, j], steps[i, j]
+            if cost[i, j + 1] < best:
+                best, taken = cost[i, j + 1], steps[i, j + 1]
+            if cost[i + 1, j] < best:
+                best, taken = cost[i + 1, j], steps[i + 1, j]
+            cost[i + 1, j + 1] = best + distance
+            steps[i + 1, j + 1] = taken + 1.0
+    return float(cost[length, count] / steps[length, count])
