@@ -177,7 +177,7 @@ def _tagged(value: Any, members: tuple[Any, ...], place: Place) -> Any:
         place.refuse(f"expected a table, got {_shown(value)}.")
     if tag not in value:
         (place / tag).refuse(f"missing key.{suggestion('', kinds)}")
-    if value[tag] not in kinds:
+    if not isinstance(value[tag], str) or value[tag] not in kinds:
         (place / tag).refuse(f"{_shown(value[tag])} is not a choice.{suggestion(str(value[tag]), kinds)}")
     return _table(value, kinds[value[tag]], place)
 

@@ -221,6 +221,27 @@ def test_an_arm_without_limits_is_refused(pr2: Path) -> None:
     assert "arms.right.jerk: missing key; an arm that mirrors no other must state it" in message
 
 
+def test_an_arm_without_joints_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "wam"
+    shutil.copytree(robot_file("wam").parent, folder)
+    text = (folder / "robot.toml").read_text(encoding="utf-8")
+    start, end = text.index("joints = ["), text.index("[arms.arm.acceleration]")
+    changed(folder, text[start:end], "joints = []\n")
+    assert "arms.arm.joints: expected at least one joint" in refusal(folder)
+
+
+def test_an_arm_without_springs_and_gripper_has_a_mirror_image_without_them(pr2: Path) -> None:
+    text = (pr2 / "robot.toml").read_text(encoding="utf-8")
+    for first, last in (
+        ("[arms.left.gripper]", "[arms.right]"),
+        ("[arms.right.counterbalance]", "[arms.right.configurations.work]"),
+    ):
+        changed(pr2, text[text.index(first) : text.index(last)], "")
+    left = load_robot_description(pr2).arms["left"]
+    assert left.counterbalance is None
+    assert left.gripper is None
+
+
 def test_two_arms_cannot_mirror_the_same_one(pr2: Path) -> None:
     text = (pr2 / "robot.toml").read_text(encoding="utf-8")
     start, end = text.index("[arms.left]"), text.index("[arms.left.gripper]")

@@ -148,13 +148,65 @@ def test_a_suggestion_lists_all_choices() -> None:
     assert suggestion("zzz", ("left", "right")) == " Choices: 'left', 'right'."
 
 
-def test_a_schema_that_cannot_be_read_is_the_programmers_mistake(tmp_path: Path) -> None:
-    @dataclass(frozen=True)
-    class Odd:
-        value: complex
+@dataclass(frozen=True)
+class Odd:
+    value: complex
 
-    Odd.__annotations__["value"] = complex
+
+@dataclass(frozen=True)
+class Mixed:
+    value: int | str
+
+
+@dataclass(frozen=True)
+class Untold:
+    value: Part | Machine
+
+
+@dataclass(frozen=True)
+class Stern:
+    color: Literal["red", "green"]
+    sizes: tuple[int, ...]
+    part: Part | None = None
+
+    def __post_init__(self) -> None:
+        raise DescriptionError("no sternness is stern enough.")
+
+
+@pytest.mark.parametrize(
+    ("schema", "words"),
+    [
+        (Odd, "a schema cannot hold"),
+        (Mixed, "a schema's union must be of dataclasses"),
+        (Untold, "no Literal field tells"),
+    ],
+)
+def test_a_schema_that_cannot_be_read_is_the_programmers_mistake(
+    tmp_path: Path, schema: type[object], words: str
+) -> None:
     file = tmp_path / "odd.toml"
-    file.write_text("value = 1", encoding="utf-8")
-    with pytest.raises(TypeError, match="a schema cannot hold"):
-        read_strictly(file, Odd)
+    file.write_text("value = {}", encoding="utf-8")
+    with pytest.raises(TypeError, match=words):
+        read_strictly(file, schema)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "color: missing key; expected 'red' or 'green'"),
+        ('color = "red"', "sizes: missing key; expected an array"),
+        ('color = "red"\nsizes = []', "^no sternness is stern enough"),
+        ('color = "red"\nsizes = []\npart = {}', "part.shape: missing key; expected a table"),
+        ('color = "red"\nsizes = []\npart = { shape = { kind = [1] } }', r"part.shape.kind: \[1\] is not a choice"),
+    ],
+)
+def test_a_missing_key_says_what_was_expected(tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "stern.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(DescriptionError, match=words):
+        read_strictly(file, Stern)
+
+
+def test_a_long_value_is_shortened_in_the_message(tmp_path: Path) -> None:
+    with pytest.raises(DescriptionError, match=r"count: expected an integer, got 'a{56}\.\.\.\."):
+        read(tmp_path, f'name = "a"\ncount = "{"a" * 100}"')

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from pft_exec.exceptions import ConfigurationError, UnknownArmError, UnknownNameError, UnknownRobotError
+from pft_exec.assets import robot_file
+from pft_exec.exceptions import (
+    ConfigurationError,
+    DescriptionError,
+    UnknownArmError,
+    UnknownNameError,
+    UnknownRobotError,
+)
 from pft_exec.geometry import Array, relative_rotation_vector, rotate
 from pft_exec.model import Arm, RobotModel, load_robot
 
@@ -233,6 +243,15 @@ def test_an_unknown_arm_is_refused_with_the_nearest_name() -> None:
 def test_an_unknown_robot_is_refused_with_the_nearest_name() -> None:
     with pytest.raises(UnknownRobotError, match=r"Did you mean 'wam'\?"):
         load_robot("wamm")
+
+
+def test_a_urdf_that_is_no_mechanism_is_refused(tmp_path: Path) -> None:
+    """Joint frames are read by pinocchio alone; its refusal becomes ours."""
+    shutil.copytree(robot_file("pr2").parent, tmp_path / "mine")
+    urdf = tmp_path / "mine" / "pr2.urdf"
+    urdf.write_text(urdf.read_text(encoding="utf-8").replace('rpy="0 0.35 0"', 'rpy="a b c"'), encoding="utf-8")
+    with pytest.raises(DescriptionError, match=r"pr2\.urdf: cannot be made a mechanism"):
+        load_robot(tmp_path / "mine")
 
 
 def test_an_arm_is_the_same_object_every_time(robot_and_arm: tuple[RobotModel, Arm]) -> None:
