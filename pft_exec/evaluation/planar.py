@@ -97,7 +97,7 @@ def _scene(box: Array, container: Array) -> Scene:
     return Scene({"box": Pose(np.append(box, 0.0)), "bin": Pose(np.append(container, 0.0))})
 
 
-def perform(label: str, scene: Scene, rng: np.random.Generator, scatter: Scatter) -> Demonstration:
+def perform(label: str, scene: Scene, rng: np.random.Generator, scatter: Scatter = PEOPLE) -> Demonstration:
     """Let a synthetic person perform one motion of the planar world in a scene."""
     box, container = scene["box"].position[:2], scene["bin"].position[:2]
     start = box + scatter.start * rng.standard_normal(2)

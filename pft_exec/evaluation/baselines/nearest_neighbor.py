@@ -66,7 +66,7 @@ class Features:
 
     def points(self, demonstration: Demonstration) -> Array:
         """Points (T, d); row t depends on samples 0 to t only."""
-        position = demonstration.position[:, self.axes]
+        position = np.ascontiguousarray(demonstration.position[:, self.axes])
         if self.weight == 0.0:
             return position
         clock = demonstration.time
@@ -104,10 +104,7 @@ def learn_nearest_neighbor(demonstrations: Sequence[Demonstration], direction: b
     duration = float(np.median([item.duration for item in demonstrations]))
     weight = DIRECTION_WEIGHT * extent if direction else 0.0
     features = Features(axes, DIRECTION_WINDOW * duration, weight, DIRECTION_SOFTENING * extent)
-    references = {
-        label: [np.ascontiguousarray(features.points(item)) for item in group]
-        for label, group in grouped(demonstrations).items()
-    }
+    references = {label: [features.points(item) for item in group] for label, group in grouped(demonstrations).items()}
     return NearestNeighbor(references, features, _usual_distance(references, extent))
 
 

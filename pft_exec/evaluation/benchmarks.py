@@ -1,0 +1,191 @@
+"""How fast the parts are, with the alternatives in the same run, and how they grow."""
+
+from __future__ import annotations
+
+import time
+import tracemalloc
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from pft_exec.demonstration import Demonstration, Scene
+from pft_exec.demonstration.synthetic import human_path
+from pft_exec.evaluation.baselines.nearest_neighbor import warped_distance
+from pft_exec.evaluation.protocol import Progress, silent
+from pft_exec.exceptions import UnknownNameError
+from pft_exec.geometry import Array
+from pft_exec.learning import FlowTube, learn_library, learn_motion
+from pft_exec.recognition import OnlineRecognizer
+
+BENCHMARKS = ("learning", "recognition")
+SAMPLES = 200
+_PERIOD = 0.01  # s
+
+
+def benchmark(name: str, seed: int = 0, progress: Progress = silent) -> dict[str, Any]:
+    """Time one part.
+
+    Parameters
+    ----------
+    name : "learning" or "recognition"
+    seed : int
+        Of the synthetic people.
+    progress : callable
+
+    Returns
+    -------
+    dict
+        "tables": {title: rows}.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such benchmark.
+    """
+    runs = {"learning": _learning, "recognition": _recognition}
+    if name not in runs:
+        raise UnknownNameError("benchmark", name, BENCHMARKS)
+    return {"tables": runs[name](seed, progress)}
+
+
+def synthetic_demonstrations(
+    motions: int, seed: int, count: int = 5, samples: int = SAMPLES, pose: bool = True
+) -> list[Demonstration]:
+    """`count` demonstrations of each of some motions through random places of a cube of 0.6 m, `samples` each."""
+    rng = np.random.default_rng([seed, 3])
+    demonstrations = []
+    for motion in range(motions):
+        places = rng.uniform(-0.3, 0.3, (4, 3))
+        turns = rng.standard_normal((4, 4))
+        turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
+        for _ in range(count):
+            path = human_path(places + 0.01 * rng.standard_normal((4, 3)), turns, np.full(3, 0.7), rng)
+            clock = np.linspace(0.0, path.duration, samples)
+            position, quaternion = path.at(clock)
+            demonstrations.append(Demonstration(f"motion {motion}", clock, position, quaternion if pose else None))
+    return demonstrations
+
+
+def _learning(seed: int, progress: Progress) -> dict[str, list[dict[str, Any]]]:
+    sizes = ((5, 100), (5, 1000), (5, 10_000), (5, 100_000), (20, 100), (80, 100))
+    rows = []
+    for place, (count, samples) in enumerate(sizes):
+        progress(f"learning from {count} x {samples} samples", place / 8.0)
+        rows.append(_learning_row(count, samples, seed))
+    return {
+        "learning one motion, pose (paper: 900 to 1300 ms)": rows,
+        "tubes for a new scene, 20 motions x 5 demonstrations": [
+            _library_row(method, seed, progress) for method in ("robust", "dong2012")
+        ],
+    }
+
+
+def _learning_row(count: int, samples: int, seed: int) -> dict[str, Any]:
+    demonstrations = synthetic_demonstrations(1, seed, count, samples)
+    start, scene = demonstrations[0].start, Scene()
+    motion = learn_motion(demonstrations)
+    return {
+        "demonstrations": count,
+        "samples": samples,
+        "learn ms": _milliseconds(lambda: learn_motion(demonstrations)),
+        "with first tube ms": _milliseconds(lambda: learn_motion(demonstrations).flow_tube(scene, start)),
+        "further tube ms": _milliseconds(lambda: motion.flow_tube(scene, start)),
+    }
+
+
+def _library_row(method: str, seed: int, progress: Progress) -> dict[str, Any]:
+    progress(f"tubes of 20 motions, {method}", 0.8)
+    demonstrations = synthetic_demonstrations(20, seed, samples=100)
+    library = learn_library(demonstrations, method=method)
+    library.flow_tubes(Scene(), demonstrations[0].start)
+    total = _milliseconds(lambda: library.flow_tubes(Scene(), demonstrations[-1].start))
+    return {"method": method, "ms a motion": total / 20.0}
+
+
+def _milliseconds(work: Callable[[], Any], repeats: int = 3) -> float:
+    """Median of some runs, ms, after one that warms up."""
+    work()
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - begin)
+    return 1e3 * float(np.median(times))
+
+
+def _recognition(seed: int, progress: Progress) -> dict[str, list[dict[str, Any]]]:
+    rows = []
+    for place, (motions, steps, seconds) in enumerate(((20, 200, 2), (20, 200, 40), (20, 1000, 2), (100, 200, 2))):
+        progress(f"recognizing among {motions} motions", place / 6.0)
+        rows.append(_stream_row("phase", motions, steps, seconds, seed))
+    progress("dong2012", 0.75)
+    rows.append(_stream_row("dong2012", 20, 200, 2, seed))
+    progress("1 000 motions", 0.8)
+    rows.append(_stream_row("phase", 1000, 200, 1, seed))
+    return {
+        "one sample, pose (paper: 4 to 35 ms for 3 to 7 motions)": rows,
+        "alternatives, 20 motions, the last of 200 samples": _alternatives(seed),
+    }
+
+
+def _tubes(motions: int, steps: int, seed: int) -> list[FlowTube]:
+    """Tubes of so many steps, one start."""
+    demonstrations = synthetic_demonstrations(min(motions, 20), seed, samples=steps)
+    tubes = []
+    for motion in range(motions):
+        group = demonstrations[5 * (motion % 20) : 5 * (motion % 20) + 5]
+        mean = np.mean([item.position for item in group], axis=0)
+        turn = group[0].quaternion
+        covariance = np.tile(np.diag([1e-4] * 3 + [1e-3] * 3), (steps, 1, 1))
+        tubes.append(FlowTube(f"motion {motion}", group[0].time, mean, turn, covariance))
+    return tubes
+
+
+def _stream_row(method: str, motions: int, steps: int, seconds: int, seed: int) -> dict[str, Any]:
+    """Times and memory of a stream at 100 Hz that makes a motion and then rests."""
+    recording = synthetic_demonstrations(1, seed, 1)[0]
+    recognizer = OnlineRecognizer(_tubes(motions, steps, seed), method=method)
+    clock = _PERIOD * np.arange(100 * seconds)
+    position = np.stack([np.interp(clock, recording.time, recording.position[:, i]) for i in range(3)], axis=1)
+    turn = np.asarray(recording.quaternion)[np.minimum(np.arange(len(clock)), len(recording) - 1)]
+    times = np.empty(len(clock))
+    tracemalloc.start()
+    for t in range(len(clock)):
+        if t == len(clock) // 2:
+            before = tracemalloc.get_traced_memory()[0]
+            tracemalloc.stop()
+        begin = time.perf_counter()
+        recognizer.update(float(clock[t]), position[t], turn[t])
+        times[t] = time.perf_counter() - begin
+    half = 1e6 * times[len(times) // 2 :]  # the second half is timed without the tracing of memory
+    return {
+        "method": method,
+        "motions": motions,
+        "steps": steps,
+        "elapsed s": seconds,
+        "median us": float(np.median(half)),
+        "p99 us": float(np.percentile(half, 99)),
+        "first ms": 1e3 * float(times[0]),
+        "kB after half": before / 1e3,
+    }
+
+
+def _alternatives(seed: int) -> list[dict[str, Any]]:
+    """What one sample costs where everything is computed anew."""
+    from pft_exec.evaluation.baselines.hmm import learn_hmm
+
+    demonstrations = synthetic_demonstrations(20, seed, pose=False)
+    recording = demonstrations[0]
+    references: list[Array] = [item.position for item in demonstrations[::5]]
+    classifier = learn_hmm(demonstrations)
+    return [
+        {
+            "alternative": "DTW to each mean, all of it recomputed",
+            "ms a sample": _milliseconds(lambda: [warped_distance(r, recording.position) for r in references]),
+        },
+        {
+            "alternative": "hidden Markov models, all of it scored again",
+            "ms a sample": _milliseconds(lambda: classifier.recognize(recording)),
+        },
+    ]

@@ -1,0 +1,141 @@
+"""Everything that is compared, run by name: the paper's two tables and the recordings of real people."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pft_exec.evaluation import pictures
+from pft_exec.evaluation.methods import METHODS
+from pft_exec.evaluation.protocol import Progress, silent
+from pft_exec.evaluation.reach import evaluate_reach
+from pft_exec.evaluation.real import SETS, Condition, evaluate_set
+from pft_exec.evaluation.tables import TableResult, table1, table2
+from pft_exec.exceptions import StorageError, UnknownNameError
+
+SPLITS_A_SEED = 2  # of the real recordings: five seeds, the default of the command, make ten splits
+UNKNOWN_SPLITS = 2
+REAL_METHODS = tuple(name for name in METHODS if name != "HMM, ergodic")
+POSED = "robottasks9"  # the set that has orientations; only the tubes use them
+TUBE_METHODS = ("robust, phase", "dong2012")
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def reproduce(name: str, seeds: int = 5, out: str | Path | None = None, progress: Progress = silent) -> dict[str, Any]:
+    """Run one comparison, or all.
+
+    Parameters
+    ----------
+    name : "table1", "table2", "real" or "all"
+    seeds : int
+        Of the planar people; the recordings are split `SPLITS_A_SEED` times as often.
+    out : str, Path or None
+        Folder, made where missing, for ``<name>.json`` and the pictures.
+    progress : callable
+        Takes the stage and the share that is done, in [0, 1].
+
+    Returns
+    -------
+    dict
+        "tables": {title: rows}; the results in full under the names of the comparisons.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such comparison.
+    StorageError
+        If "real" finds no recordings, or nothing can be written to `out`.
+    """
+    runs: dict[str, Callable[[int, Progress], _Part]] = {"table1": _table1, "table2": _table2, "real": _real}
+    if name not in (*runs, "all"):
+        raise UnknownNameError("comparison", name, (*runs, "all"))
+    folder = None if out is None else _made(Path(out))
+    chosen = list(runs) if name == "all" else [name]
+    result: dict[str, Any] = {"tables": {}}
+    for place, part_name in enumerate(chosen):
+        part = runs[part_name](seeds, _share_of(progress, place, len(chosen)))
+        result["tables"] |= part.tables
+        result[part_name] = part.details
+        if folder is not None:
+            part.draw(folder)
+    if folder is not None:
+        (folder / f"{name}.json").write_text(json.dumps(result, indent=2), encoding="utf-8")
+    return result
+
+
+class _Part:
+    """What one comparison gives: tables for a reader, details for JSON, and a way to draw its pictures."""
+
+    def __init__(self, tables: dict[str, Rows], details: Any, draw: Callable[[Path], None]) -> None:
+        self.tables = tables
+        self.details = details
+        self.draw = draw
+
+
+def recordings_folder() -> Path:
+    """Folder of the recordings of real people: the one that PFT_EXEC_DATA names, else ../shared/data of the project.
+
+    Raises
+    ------
+    StorageError
+        If there are none.
+    """
+    folder = Path(os.environ.get("PFT_EXEC_DATA") or Path(__file__).parents[3] / "shared" / "data")
+    missing = [name for name in (*SETS, "reach_target") if not (folder / f"{name}.npz").is_file()]
+    if missing:
+        raise StorageError(
+            f"there are no recordings {', '.join(missing)} in {folder}. Set PFT_EXEC_DATA to the folder that has them."
+        )
+    return folder
+
+
+def _table1(seeds: int, progress: Progress) -> _Part:
+    return _table("Table 1, varying scenes", table1(seeds, progress=progress))
+
+
+def _table2(seeds: int, progress: Progress) -> _Part:
+    return _table("Table 2, one scene", table2(seeds, progress=progress))
+
+
+def _table(title: str, result: TableResult) -> _Part:
+    motions: dict[str, Rows] = {f"{title}: {method}": result.by_motion(method) for method in result.summaries}
+    shown = {name: rows for name, rows in motions.items() if name.endswith(TUBE_METHODS)}
+    return _Part(
+        {f"{title}, %": result.table(), **shown},
+        {**result.to_dict(), "by_motion": {name.split(": ", 1)[1]: rows for name, rows in motions.items()}},
+        lambda folder: pictures.draw_table(result, folder),
+    )
+
+
+def _real(seeds: int, progress: Progress) -> _Part:
+    folder = recordings_folder()
+    runs = [(name, Condition(removed), REAL_METHODS) for name in SETS for removed in (True, False)]
+    runs += [(POSED, Condition(removed, pose=True), TUBE_METHODS) for removed in (True, False)]
+    tables: dict[str, Rows] = {}
+    details: dict[str, Any] = {"recognition": []}
+    for place, (name, condition, methods) in enumerate(runs):
+        share = _share_of(progress, place, len(runs) + 1)
+        result = evaluate_set(folder, name, methods, SPLITS_A_SEED * seeds, condition, UNKNOWN_SPLITS, share)
+        tables[f"{name}, {condition.name}, %"] = result.table()
+        details["recognition"].append(result.to_dict())
+    reach = evaluate_reach(folder, draws=seeds, progress=_share_of(progress, len(runs), len(runs) + 1))
+    tables["reach_target, placement never taught"] = reach.table()
+    details["generation"] = reach.to_dict()
+    return _Part(tables, details, lambda _: None)
+
+
+def _share_of(progress: Progress, place: int, count: int) -> Progress:
+    """Progress of one of `count` equal parts as progress of the whole."""
+    return lambda stage, done: progress(stage, (place + done) / count)
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"the folder {folder} cannot be made ({error.strerror}).") from error
+    return folder
