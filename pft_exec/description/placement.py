@@ -6,7 +6,7 @@ clearances; `accept` lets a caller who knows the robot refuse what the arm does 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,23 +62,38 @@ def draw_start(task: TaskDescription, label: str, rng: np.random.Generator) -> P
     return start if task.mirror is None else start.mirrored(task.mirror)
 
 
-def draw_setting(task: TaskDescription, label: str, rng: np.random.Generator, accept: Accept | None = None) -> Setting:
+def draw_setting(
+    task: TaskDescription,
+    label: str,
+    rng: np.random.Generator,
+    accept: Accept | None = None,
+    *,
+    objects: Mapping[str, Pose] | None = None,
+) -> Setting:
     """A scene and a start from which the motion's path is free, and that `accept` does not refuse.
+
+    Where `objects`, world frame, are given, only the start is drawn.
 
     Raises
     ------
     UnreachableError
         If none is found.
     """
-    for _ in range(_ATTEMPTS):
-        setting = _setting_at(task, label, rng.random(_dimensions(task)))
-        if setting is not None and (accept is None or accept(setting)):
-            return setting
-    raise _none_found(task, label)
+    draws = (rng.random(_dimensions(task)) for _ in range(_ATTEMPTS))
+    setting = _first_accepted(task, label, draws, accept, objects)
+    if setting is None:
+        raise _none_found(task, label)
+    return setting
 
 
 def draw_settings(
-    task: TaskDescription, label: str, count: int, rng: np.random.Generator, accept: Accept | None = None
+    task: TaskDescription,
+    label: str,
+    count: int,
+    rng: np.random.Generator,
+    accept: Accept | None = None,
+    *,
+    objects: Mapping[str, Pose] | None = None,
 ) -> list[Setting]:
     """Scenes and starts for several demonstrations of one motion, spread evenly: each range is used whole.
 
@@ -92,6 +107,8 @@ def draw_settings(
     rng : Generator
     accept : callable, optional
         Says whether a setting can be taught; a refused one is drawn again.
+    objects : mapping of name to Pose, optional
+        World frame; where given, only starts are drawn.
 
     Raises
     ------
@@ -102,7 +119,7 @@ def draw_settings(
         cells = np.stack([rng.permutation(count) for _ in range(_dimensions(task))], axis=1)
         settings: list[Setting] = []
         for cell in cells:
-            setting = _draw_in_cell(task, label, cell, count, rng, accept)
+            setting = _first_accepted(task, label, _draws_in_cell(cell, count, rng), accept, objects)
             if setting is None:
                 break
             settings.append(setting)
@@ -124,11 +141,21 @@ def path_is_free(task: TaskDescription, label: str, setting: Setting) -> bool:
     return gap >= task.clearance.hand.gap
 
 
-def _draw_in_cell(
-    task: TaskDescription, label: str, cell: Array, count: int, rng: np.random.Generator, accept: Accept | None
-) -> Setting | None:
+def _draws_in_cell(cell: Array, count: int, rng: np.random.Generator) -> Iterator[Array]:
+    """Coordinates (D,) in the inner half of a cell, one after another."""
     for _ in range(_CELL_ATTEMPTS):
-        setting = _setting_at(task, label, (cell + rng.uniform(0.25, 0.75, len(cell))) / count)
+        yield (cell + rng.uniform(0.25, 0.75, len(cell))) / count
+
+
+def _first_accepted(
+    task: TaskDescription,
+    label: str,
+    draws: Iterator[Array],
+    accept: Accept | None,
+    objects: Mapping[str, Pose] | None,
+) -> Setting | None:
+    for unit in draws:
+        setting = _setting_at(task, label, unit, objects)
         if setting is not None and (accept is None or accept(setting)):
             return setting
     return None
@@ -138,14 +165,18 @@ def _dimensions(task: TaskDescription) -> int:
     return 6 + 3 * len(task.placed)
 
 
-def _setting_at(task: TaskDescription, label: str, unit: Array) -> Setting | None:
+def _setting_at(
+    task: TaskDescription, label: str, unit: Array, given: Mapping[str, Pose] | None = None
+) -> Setting | None:
     """The setting at coordinates (D,) in [0, 1] of the ranges; None where it is not clear."""
     objects = _objects_at(task, unit[6:])
-    if object_clearance(task, objects) < task.clearance.objects:
+    if given is None and object_clearance(task, objects) < task.clearance.objects:
         return None
     start = _start_at(task.start_of(label), unit[:6])
-    plane = task.mirror
-    setting = Setting(_mirrored(task, objects), start if plane is None else start.mirrored(plane))
+    setting = Setting(
+        _mirrored(task, objects) if given is None else dict(given),
+        start if task.mirror is None else start.mirrored(task.mirror),
+    )
     return setting if path_is_free(task, label, setting) else None
 
 

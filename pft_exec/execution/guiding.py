@@ -1,0 +1,127 @@
+"""Hand guiding: the arm floats, the hand leads, and figures that say how well the tool followed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pft_exec.control import GravityCompensation
+from pft_exec.demonstration import Scene
+from pft_exec.description import Setting
+from pft_exec.execution.control_loop import ControlLoop
+from pft_exec.execution.hand_path import Hand, HandPath
+from pft_exec.execution.log import Stage
+from pft_exec.geometry import Array
+from pft_exec.model import Arm
+from pft_exec.simulation import HandGuide, World
+
+
+@dataclass(frozen=True)
+class GuidingFigures:
+    """How well one demonstration was led.
+
+    Parameters
+    ----------
+    label : str
+    rms_error, largest_error : float, m
+        Between the hand and the tool, over the whole demonstration.
+    peak_force : float, N
+        Largest force of the hand.
+    swivel_drift : float, rad
+        Of the elbow, once for all demonstrations that were taught together: see `measure_swivel_drift`.
+    duration : float, s
+    real_time_factor : float
+        Simulated time per computing time; differs from run to run.
+    """
+
+    label: str
+    rms_error: float
+    largest_error: float
+    peak_force: float
+    swivel_drift: float
+    duration: float
+    real_time_factor: float
+
+
+def lead(loop: ControlLoop, hand: Hand, sample: Callable[[], None] | None = None) -> None:
+    """Let the hand lead the floating arm along its whole path.
+
+    Parameters
+    ----------
+    loop : ControlLoop
+    hand : Hand
+    sample : callable or None
+        Called at every sample's time, before the arm moves on.
+    """
+    floating = GravityCompensation(loop.arm)
+    for _ in range(round(hand.duration / loop.world.control_period) + 1):
+        if sample is not None and loop.is_sample_due():
+            sample()
+        started = perf_counter()
+        command = floating.update(loop.time, *loop.sense())
+        loop.apply(command, Stage.GUIDED, perf_counter() - started, hand.pull)
+
+
+def guiding_figures(loop: ControlLoop, plan: HandPath, swivel_drift: float) -> GuidingFigures:
+    """The figures of a demonstration that a loop has just made along a planned path."""
+    factor = loop.real_time_factor
+    log = loop.log.finish(True, "led by hand", label=plan.label)
+    error = np.linalg.norm(log.position - plan.at(log.time)[0], axis=1)
+    return GuidingFigures(
+        label=plan.label,
+        rms_error=float(np.sqrt(np.mean(error**2))),
+        largest_error=float(error.max()),
+        peak_force=float(log.hand_force.max()),
+        swivel_drift=swivel_drift,
+        duration=float(log.time[-1]),
+        real_time_factor=factor,
+    )
+
+
+def measure_swivel_drift(world: World, setting: Setting, plan: HandPath) -> float:
+    """How far the elbow has drifted when the tool was led along a path and back again, rad.
+
+    Parameters
+    ----------
+    world : World
+        Set up anew; left as the trial ended.
+    setting : Setting
+    plan : HandPath
+
+    Returns
+    -------
+    float
+        Part of the change of joints that moves the tool nowhere: its component in the null space of the Jacobian.
+    """
+    world.reset(Scene(setting.objects), {plan.arm: plan.configuration})
+    loop = ControlLoop(world, plan.arm)
+    before = loop.sense()[0]
+    lead(loop, Hand(world, plan, HandGuide(_OutAndBack(plan), step=world.physics_step)))
+    return null_space_motion(loop.arm, before, loop.sense()[0])
+
+
+def null_space_motion(arm: Arm, before: Array, after: Array) -> float:
+    """Component of the change between two configurations (n,), rad, that moves the tool nowhere; 0 for n <= 6."""
+    if len(before) <= 6:
+        return 0.0
+    null_space = np.linalg.svd(arm.jacobian(0.5 * (before + after)))[2][6:]
+    return float(np.linalg.norm(null_space @ (after - before)))
+
+
+@dataclass(frozen=True, eq=False)
+class _OutAndBack:
+    """A path, and then the same path backwards."""
+
+    path: HandPath
+
+    @property
+    def duration(self) -> float:
+        return 2.0 * self.path.duration
+
+    def at(self, time: ArrayLike) -> tuple[Array, Array]:
+        since = np.asarray(time, dtype=float)
+        return self.path.at(np.minimum(since, self.duration - since))

@@ -1,0 +1,153 @@
+"""Kinesthetic teaching: a person leads the floating arm through a motion several times, and what it did is recorded.
+
+Each time the objects and the tool's start stand elsewhere. The arm compensates gravity and does not know what is
+shown; the hand, a spring and damper at the tool, makes the motion. A demonstration holds where the tool
+was, not where the hand wanted it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pft_exec.demonstration import Demonstration, Recorder, Scene
+from pft_exec.demonstration.synthetic import HumanStyle
+from pft_exec.description import Setting, draw_settings, random_stream
+from pft_exec.exceptions import LearningError, UnreachableError
+from pft_exec.execution.control_loop import SAMPLE_PERIOD, ControlLoop, Observer
+from pft_exec.execution.guiding import GuidingFigures, guiding_figures, lead, measure_swivel_drift
+from pft_exec.execution.hand_path import Hand, HandPath, plan_hand_path
+from pft_exec.simulation import World, check_reach
+
+__all__ = ["GuidingFigures", "teach"]
+
+Report = Callable[[GuidingFigures], None]
+
+
+def teach(
+    world: World,
+    label: str,
+    arm: str | None = None,
+    count: int = 5,
+    *,
+    seed: int = 0,
+    scene: Scene | None = None,
+    style: HumanStyle | None = None,
+    report: Report | None = None,
+    observer: Observer | None = None,
+) -> list[Demonstration]:
+    """Let a synthetic person teach one motion by hand.
+
+    Parameters
+    ----------
+    world : World
+        Set up anew for each demonstration; it is left as the last one ended.
+    label : str
+    arm : str or None
+        None is the only arm, else "right". For an arm that mirrors it, the mirror image of the task is taught.
+    count : int
+        Number of demonstrations.
+    seed : int
+        Not negative; the same seed gives the same demonstrations, bit for bit. Placements that any seed teaches are
+        none that `World.draw_scene` draws (`pft_exec.description.random_stream`).
+    scene : Scene or None
+        Objects for every demonstration; None draws them anew each time.
+    style : HumanStyle or None
+        How the person moves.
+    report : callable or None
+        Given the `GuidingFigures` of each demonstration. The first path is then led out and back beforehand, to see how
+        far the elbow drifts; the demonstrations are the same.
+    observer : callable or None
+        Called with the world after every control period.
+
+    Returns
+    -------
+    list of Demonstration
+        At 100 Hz, with objects, joints and the width of the gripper as continuous variable "gripper", m.
+
+    Raises
+    ------
+    UnknownMotionError, UnknownArmError
+        If the task has no such motion, or the robot no such arm.
+    UnreachableError
+        Before anything moves, if the arm cannot be led through the motion in the given scene, with the distance; or
+        if the task's placements leave no scene in which it can.
+    LearningError
+        If `count` is below 1.
+    """
+    if count < 1:
+        raise LearningError(f"at least one demonstration is taught; got count={count}.")
+    name = world.arm_name(arm)
+    lessons = _plan(world, label, name, count, seed, scene, style)
+    drift = 0.0 if report is None else measure_swivel_drift(world, *lessons[0])
+    demonstrations = []
+    for setting, plan in lessons:
+        loop, demonstration = _demonstrate(world, setting, plan, observer)
+        demonstrations.append(demonstration)
+        if report is not None:
+            report(guiding_figures(loop, plan, drift))
+    return demonstrations
+
+
+def _plan(
+    world: World, label: str, arm: str, count: int, seed: int, scene: Scene | None, style: HumanStyle | None
+) -> list[tuple[Setting, HandPath]]:
+    """Settings, and the hand's paths in them, which the arm is known to follow."""
+    task = world.task_for(arm)
+    task.motion(label)
+    if scene is not None:
+        check_reach(world.arm(arm), task, label, scene)
+    person = _Planner(world, label, arm, random_stream(seed, "teach", label, arm, "person"), style)
+    placing = random_stream(seed, "teach", label, arm, "placement")
+    try:
+        objects = None if scene is None else scene.objects
+        settings = draw_settings(task, label, count, placing, person.accepts, objects=objects)
+    except UnreachableError as error:
+        raise UnreachableError(f"{error} {person.refusal}".rstrip()) from error
+    return [(setting, person.plans[id(setting)]) for setting in settings]
+
+
+class _Planner:
+    """Plans a path in each setting that is offered, and remembers the paths that the arm follows."""
+
+    def __init__(self, world: World, label: str, arm: str, rng: np.random.Generator, style: HumanStyle | None) -> None:
+        self._about = (world, label, arm)
+        self._rng, self._style = rng, style
+        self._offered: list[Setting] = []  # kept, so that no two share an identity
+        self.plans: dict[int, HandPath] = {}
+        self.refusal = ""
+
+    def accepts(self, setting: Setting) -> bool:
+        self._offered.append(setting)
+        try:
+            self.plans[id(setting)] = plan_hand_path(*self._about, setting, self._rng, self._style)
+        except UnreachableError as error:
+            self.refusal = f"The last one drawn: {error}"
+            return False
+        return True
+
+
+def _demonstrate(
+    world: World, setting: Setting, plan: HandPath, observer: Observer | None
+) -> tuple[ControlLoop, Demonstration]:
+    """One demonstration: set up, let the arm float, let the hand lead, record."""
+    world.reset(Scene(setting.objects), {plan.arm: plan.configuration})
+    loop = ControlLoop(world, plan.arm, observer=observer)
+    recorder = Recorder(plan.label, SAMPLE_PERIOD)
+    lead(loop, Hand(world, plan), lambda: _record(recorder, loop))
+    return loop, recorder.demonstration()
+
+
+def _record(recorder: Recorder, loop: ControlLoop) -> None:
+    """One sample: what the arm does and what the camera would see."""
+    world, name = loop.world, loop.name
+    tool = world.tool(name)
+    recorder.add(
+        loop.time,
+        tool.position,
+        tool.quaternion,
+        continuous={"gripper": world.gripper(name)},
+        objects={key: pose.array for key, pose in world.scene.objects.items()},
+        configuration=loop.sense()[0],
+    )
