@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich import box
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.table import Column, Table
 
 from pft_exec import __version__
 from pft_exec.exceptions import PFTError
@@ -76,13 +76,14 @@ def _cell(value: Any) -> str:
 
 
 def _print_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """A table with a column per key of the first row."""
-    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD)
-    columns = list(rows[0]) if rows else []
-    for column in columns:
-        table.add_column(column, overflow="fold")
+    """A table with a column per key of the first row; the title alone where there is none."""
+    if not rows:
+        return typer.echo(title)
+    table = Table(
+        *(Column(name, overflow="fold") for name in rows[0]), title=title, title_justify="left", box=SIMPLE_HEAD
+    )
     for row in rows:
-        table.add_row(*(_cell(row.get(column)) for column in columns))
+        table.add_row(*(_cell(row.get(column)) for column in rows[0]))
     Console(width=None if sys.stdout.isatty() else _WIDTH).print(table, markup=False)
 
 
@@ -113,8 +114,7 @@ def teach(
 
     description = load_task(task)
     labels = motion or list(description.labels)
-    for label in labels:
-        description.motion(label)  # refused before any world opens
+    [description.motion(label) for label in labels]  # refused before any world opens
     demonstrations: list[Demonstration] = []
     with _progress("opening the world") as advance, World(robot, description, gui=gui, seed=seed) as world:
         for place, label in enumerate(labels):
@@ -247,13 +247,14 @@ def assist(
 def _stage(
     library: Path, motion: str, robot: str, task: str, arm: str | None, mirror: bool, seed: int, gui: bool
 ) -> Iterator[tuple[World, MotionLibrary]]:
-    """A library that knows the motion, as the arm makes its motions, and a world in a scene drawn for that arm."""
+    """A world set up for a motion of the task, and a library that knows it, as the arm makes its motions."""
     from pft_exec import MotionLibrary, World
+    from pft_exec.execution import prepare
 
     known = MotionLibrary.load(library)
     known[motion]  # refused before any world opens
     with _progress(motion), World(robot, task, gui=gui, seed=seed) as world:
-        world.reset(world.draw_scene(seed, arm))
+        prepare(world, motion, arm, seed=seed)
         yield world, known.mirrored(world.base) if mirror else known
 
 

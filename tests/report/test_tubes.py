@@ -1,0 +1,91 @@
+"""Pictures of tubes, and the surface they draw."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pft_exec.demonstration import Demonstration
+from pft_exec.exceptions import StorageError
+from pft_exec.learning import FlowTube, MotionLibrary
+from pft_exec.report import plot_demonstrations, plot_tubes, tube_surface
+
+PNG = b"\x89PNG"
+
+
+def helix(count: int = 200) -> FlowTube:
+    angle = np.linspace(0.0, 4.0 * np.pi, count)
+    position = np.stack([np.cos(angle), np.sin(angle), 0.1 * angle], axis=1)
+    covariance = np.tile(np.diag([4e-4, 1e-4, 9e-4]), (count, 1, 1))
+    return FlowTube("turn", np.linspace(0.0, 5.0, count), position, covariance=covariance)
+
+
+def test_every_point_of_the_surface_lies_in_the_normal_plane_of_its_step() -> None:
+    tube = helix()
+    index = np.unique(np.linspace(0, len(tube) - 1, 60).astype(int))
+    tangent = np.gradient(tube.position[index], axis=0)
+    offset = tube_surface(tube) - tube.position[index][:, None]
+    np.testing.assert_allclose(np.einsum("sri,si->sr", offset, tangent), 0.0, atol=1e-12)
+
+
+def test_the_surface_is_the_ellipse_of_the_covariance_cut_by_the_normal_plane() -> None:
+    """Where the path runs along z, two standard deviations are 40 mm along x and 20 mm along y."""
+    position = np.outer(np.linspace(0.0, 1.0, 50), [0.0, 0.0, 1.0])
+    tube = FlowTube("up", np.arange(50.0), position, covariance=np.tile(np.diag([4e-4, 1e-4, 9e-4]), (50, 1, 1)))
+    ring = tube_surface(tube)[0]
+    np.testing.assert_allclose(np.abs(ring).max(axis=0), [0.04, 0.02, 0.0], atol=1e-3)
+    np.testing.assert_allclose((ring[:, 0] / 0.04) ** 2 + (ring[:, 1] / 0.02) ** 2, 1.0, atol=1e-9)
+
+
+def test_the_surface_does_not_twist() -> None:
+    """Neighboring rings are near each other point by point, round a helix and along a path that doubles back."""
+    surface = tube_surface(helix(), sections=200)
+    step = np.linalg.norm(np.diff(surface, axis=0), axis=2)
+    assert step.max() < 0.15
+
+
+def test_a_path_that_stands_still_or_leaves_along_the_first_axis_has_a_surface() -> None:
+    position = np.zeros((40, 3))
+    position[20:, 0] = np.linspace(0.0, 1.0, 20)
+    tube = FlowTube("wait", np.arange(40.0), position, covariance=np.tile(1e-4 * np.eye(3), (40, 1, 1)))
+    assert np.isfinite(tube_surface(tube)).all()
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_tubes_are_drawn_with_their_demonstrations(
+    suffix: str, library: MotionLibrary, demonstrations: list[Demonstration], tmp_path: Path
+) -> None:
+    scene = demonstrations[0].scene
+    plot_tubes(library.flow_tubes(scene), demonstrations, tmp_path / f"tubes.{suffix}", scene)
+    assert (tmp_path / f"tubes.{suffix}").stat().st_size > 10_000
+
+
+def test_a_tube_from_plain_arrays_is_drawn_with_the_demonstrations_of_its_label(tmp_path: Path) -> None:
+    taught = [Demonstration("turn", helix().time, helix().position)]
+    plot_tubes({"turn": helix()}, taught, tmp_path / "tube.png")
+    assert (tmp_path / "tube.png").read_bytes().startswith(PNG)
+
+
+def test_demonstrations_are_drawn_by_motion(demonstrations: list[Demonstration], tmp_path: Path) -> None:
+    plot_demonstrations(demonstrations, tmp_path / "demonstrations.png")
+    assert (tmp_path / "demonstrations.png").read_bytes().startswith(PNG)
+
+
+def test_a_picture_in_a_missing_folder_or_of_an_unknown_kind_is_refused(
+    demonstrations: list[Demonstration], tmp_path: Path
+) -> None:
+    with pytest.raises(StorageError, match=r"the folder .*nowhere does not exist"):
+        plot_demonstrations(demonstrations, tmp_path / "nowhere" / "a.png")
+    with pytest.raises(StorageError, match=r"ends in \.png, \.pdf or \.svg; got '\.txt'"):
+        plot_demonstrations(demonstrations, tmp_path / "a.txt")
+    (tmp_path / "taken.png").mkdir()
+    with pytest.raises(StorageError, match="cannot write"):
+        plot_demonstrations(demonstrations, tmp_path / "taken.png")
+
+
+def test_no_picture_is_left_when_drawing_fails(tmp_path: Path) -> None:
+    with pytest.raises(AttributeError):
+        plot_demonstrations([None], tmp_path / "a.png")  # type: ignore[list-item]
+    assert not (tmp_path / "a.png").exists()
