@@ -90,7 +90,7 @@ def assist(
     tubes = library.flow_tubes(scene, start)
     recognizer = OnlineRecognizer(tubes, method)
     guided = _guide(loop, hand, recognizer, TakeoverPolicy(settings), answer or _truthful(label))
-    details = {"hand_duration": hand.duration, "asked": float(guided.asked), "take_over_time": loop.time}
+    details = {"asked": float(guided.asked), "take_over_time": loop.time, "take_over_share": hand.share(loop.time)}
     if guided.decision is None or guided.decision.kind != "take_over":
         reason = "the hand finished by itself: the robot did not take over" + (
             f" ({guided.decision.reason})" if guided.decision else ""

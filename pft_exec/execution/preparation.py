@@ -1,0 +1,68 @@
+"""Setting up a world for a motion that is to be assisted: objects, and the arm at the motion's start."""
+
+from __future__ import annotations
+
+from pft_exec.demonstration import Scene
+from pft_exec.description import Setting, draw_setting, random_stream
+from pft_exec.exceptions import UnreachableError
+from pft_exec.execution.hand_path import parked_others, plan_hand_path, resting_posture
+from pft_exec.geometry import Pose
+from pft_exec.model import solve_inverse_kinematics
+from pft_exec.simulation import World, task_for
+
+
+def prepare(
+    world: World,
+    label: str,
+    arm: str | None = None,
+    *,
+    seed: int = 0,
+    scene: Scene | None = None,
+    start: Pose | None = None,
+) -> Setting:
+    """Set up: objects and the arm as they may stand before a motion, in a scene that no demonstration had.
+
+    Parameters
+    ----------
+    world : World
+        Set up anew; other arms are parked.
+    label : str
+    arm : str or None
+        None is the only arm, else "right".
+    seed : int
+        Of the placement and the start; the stream is "evaluate", never that of teaching.
+    scene : Scene or None
+        Objects, world frame; None draws them from the task's placements until the arm can make the motion.
+    start : Pose or None
+        Of the tool, world frame; None draws it from the task's starts.
+
+    Raises
+    ------
+    UnknownMotionError, UnknownArmError
+        If the task has no such motion, or the robot no such arm.
+    UnreachableError
+        If the arm does not reach the start, or none of many drawn placements lets it make the motion.
+    """
+    name = world.arm_name(arm)
+    task = task_for(world.robot, world.task, name)
+    task.motion(label)
+
+    def feasible(setting: Setting) -> bool:
+        try:
+            plan_hand_path(world, label, name, setting, random_stream(seed, "assist", label))
+        except UnreachableError:
+            return False
+        return True
+
+    rng = random_stream(seed, "evaluate", "setting", label, name)
+    drawn = draw_setting(task, label, rng, feasible)
+    setting = Setting(drawn.objects if scene is None else dict(scene.objects), drawn.start if start is None else start)
+    model = world.arm(name)
+    found = solve_inverse_kinematics(model, world.base.inverse() @ setting.start, resting_posture(model))
+    if not found.found:
+        raise UnreachableError(
+            f"the {name} arm does not reach the start of {label!r}: the tool stays "
+            f"{1e3 * found.position_error:.0f} mm and {found.rotation_error:.2f} rad away from it."
+        )
+    world.reset(Scene(setting.objects), {**parked_others(world, name), name: found.configuration})
+    return setting
