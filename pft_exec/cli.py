@@ -76,12 +76,9 @@ def _cell(value: Any) -> str:
 
 
 def _print_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """A table with a column per key of the first row; the title alone where there is none."""
-    if not rows:
-        return typer.echo(title)
-    table = Table(
-        *(Column(name, overflow="fold") for name in rows[0]), title=title, title_justify="left", box=SIMPLE_HEAD
-    )
+    """A table with a column per key of the first row."""
+    columns = [Column(name, overflow="fold") for name in rows[0]]
+    table = Table(*columns, title=title, title_justify="left", box=SIMPLE_HEAD)
     for row in rows:
         table.add_row(*(_cell(row.get(column)) for column in rows[0]))
     Console(width=None if sys.stdout.isatty() else _WIDTH).print(table, markup=False)
@@ -93,7 +90,7 @@ def _print_tables(as_json: bool, result: Mapping[str, Any], tables: Mapping[str,
         typer.echo(json.dumps(result, indent=2, default=lambda value: getattr(value, "tolist", value.__str__)()))
     else:
         for title, rows in tables.items():
-            _print_rows(title, rows)
+            _print_rows(title, rows) if rows else typer.echo(title)
 
 
 @_command("teach demonstrations.h5 --motion reach --motion go_home --count 5 --seed 1")
