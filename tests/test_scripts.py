@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
@@ -135,3 +136,17 @@ def test_versions_that_differ_between_pythons_are_told_apart() -> None:
         'c==3 ; python_version == "3.10"',
         'd==4 ; python_version >= "3.11"',
     ]
+
+
+def test_a_skipped_test_fails_where_the_data_are_required(tmp_path: Path) -> None:
+    """`.ci/run` asks for it wherever the recordings are there."""
+    shutil.copy(ROOT / "tests" / "conftest.py", tmp_path)
+    (tmp_path / "test_data.py").write_text("def test_it(recordings):\n    assert False\n")
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
+    environment = os.environ | {"PFT_EXEC_DATA": str(tmp_path)}
+    for required, status, line in (("0", 0, "1 skipped"), ("1", 1, "1 failed")):
+        environment["PFT_EXEC_REQUIRE_DATA"] = required
+        result = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert result.returncode == status
+        assert line in result.stdout.splitlines()[-1]
+    assert "PFT_EXEC_REQUIRE_DATA=1" in (ROOT / ".ci" / "run").read_text()
