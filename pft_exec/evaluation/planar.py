@@ -103,7 +103,7 @@ def perform(label: str, scene: Scene, rng: np.random.Generator, scatter: Scatter
     start = box + scatter.start * rng.standard_normal(2)
     waypoints = _waypoints(label, start, container, rng, scatter)
     lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
-    durations = 0.25 + 0.18 * lengths  # s: short moves are slower for their length
+    durations = 0.4 / len(lengths) + 0.25 * lengths  # s: short moves are slow for their length
     path = human_path(_raised(waypoints), None, durations, rng, scatter.style, planar=True)
     time: Array = PERIOD * np.arange(int(np.ceil(path.duration / PERIOD)) + 1, dtype=float)
     position, _ = path.at(time)
