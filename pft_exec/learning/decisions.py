@@ -45,6 +45,11 @@ def _spreads(candidates: Sequence[Candidate]) -> dict[str, float]:
     return dict(sorted(spreads.items(), key=lambda item: item[1]))
 
 
+def _kinds(candidates: Sequence[Candidate], evidence: Evidence) -> dict[str, str]:
+    """Axes of each candidate: those that explain more."""
+    return {name: _best(candidates, evidence, name).axes for name in dict.fromkeys(c.name for c in candidates)}
+
+
 def _reason(name: str, rivals: tuple[str, ...], spreads: dict[str, float], unit: str) -> str:
     listed = ", ".join(f"{n} {s:.3g} {unit}" for n, s in spreads.items())
     words = "nothing holds it: every spread is wide" if name == NONE else f"{name} explains it best"
@@ -79,6 +84,7 @@ def decide(
         reason=_reason(name, rivals, spreads, unit),
         relevant=(name,) if name != NONE else (),
         overruled=forced is not None,
+        kinds=_kinds(candidates, evidence),
     )
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import LearningError, UnknownMethodError, UnknownNameError
@@ -16,7 +15,7 @@ from pft_exec.learning.decisions import find_variables
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.learning.frames import object_names
 from pft_exec.learning.report import describe
-from pft_exec.learning.robust import Resampled, generalize, resample
+from pft_exec.learning.robust import RobustMotion, generalize, learn_robust
 from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, MotionVariables
 
 METHODS = ("dong2012", "robust")
@@ -31,10 +30,7 @@ class Motion:
     method: str
     relevant: Mapping[str, tuple[str, ...]]
     variables: MotionVariables
-
-    @cached_property
-    def _resampled(self) -> Resampled:
-        return resample(self.demonstrations)
+    learned: RobustMotion
 
     def flow_tube(
         self, scene: Scene, start: Pose | None = None, substitute: Mapping[str, str] | None = None
@@ -56,7 +52,7 @@ class Motion:
             If the scene lacks an object that a motion variable refers to.
         """
         scene = substituted(scene, substitute or {})
-        return generalize(self.label, self._resampled, self.variables, scene, start)
+        return generalize(self.label, self.learned, self.variables, scene, start)
 
     def mirrored(self, plane: Pose | None = None) -> Motion:
         """The motion as the other arm would make it: learned from mirrored demonstrations."""
@@ -103,7 +99,9 @@ def learn_motion(
     _check(demonstrations)
     overrules = _checked_overrules(demonstrations, relevant or {})
     forced: dict[str, str | None] = {end: (names[0] if names else NONE) for end, names in overrules.items()}
-    return Motion(demonstrations[0].label, demonstrations, method, overrules, find_variables(demonstrations, forced))
+    variables = find_variables(demonstrations, forced)
+    learned = learn_robust(demonstrations, variables)
+    return Motion(demonstrations[0].label, demonstrations, method, overrules, variables, learned)
 
 
 def _check(demonstrations: Sequence[Demonstration]) -> None:

@@ -6,7 +6,8 @@ mean with :math:`\nu = d (K - 1)` degrees of freedom. All frames are rigid motio
 their variances. A relevant frame holds the end as precisely as a demonstrator works, :math:`\sigma \sim` log-normal
 about :math:`\sigma_r`, which both ends of the motion share; where nothing is relevant the end scatters in the world
 with a :math:`\sigma` of the order of the motion. Both are marginalized on a grid, in units of the extent of the motion
-(radians for orientation), so that a change of units changes nothing.
+(radians for orientation), so that a change of units changes nothing. A motion without a target does not contract: an
+end that is much narrower than its start is unlikely to be free.
 """
 
 from __future__ import annotations
@@ -21,13 +22,15 @@ from pft_exec.learning.frames import Candidate
 from pft_exec.learning.variables import ABSOLUTE, NONE, START
 
 PRECISION = 0.015  # median standard deviation per axis of a relevant end, in extents; prior, spread over decades
-PRECISION_LOG_DEVIATION = 0.8
-SHARED_LOG_DEVIATION = 0.5  # how far the precisions of the two ends of one motion lie apart
+PRECISION_LOG_DEVIATION = 0.6
+SHARED_LOG_DEVIATION = 0.4  # how far the precisions of the two ends of one motion lie apart
 SCATTER = 0.15  # median standard deviation per axis of an end that nothing determines, in extents; prior
-SCATTER_LOG_DEVIATION = 0.55
+SCATTER_LOG_DEVIATION = 0.5
+CONTRACTION = 2.0  # an end that nothing determines is rarely this much narrower than its start; logistic below it
+CONTRACTION_WIDTH = 0.3  # in log units
 FLOOR = 0.002  # in extents: a spread below it is as good as none
 PRIOR = {NONE: 2.0, ABSOLUTE: 1.0, START: 1.0, "objects": 1.0}  # before seeing the data; all objects share theirs
-DECISIVE = 0.9  # posterior below which a decision counts as ambiguous
+DECISIVE = 0.8  # posterior below which a decision counts as ambiguous
 TURN_EXTENT = 1.0  # rad, the extent that orientations are measured by
 
 _GRID = np.linspace(np.log(2e-4), np.log(2.0), 120)
@@ -74,15 +77,22 @@ def _prior(names: Sequence[str]) -> Array:
     return np.array([PRIOR.get(n, PRIOR["objects"] / max(objects, 1)) / names.count(n) for n in names])
 
 
-def _hypotheses(candidates: Sequence[Candidate], extent: float, dimension: int) -> Array:
+def _scatter(other: float) -> Array:
+    """(G,): prior of the standard deviation of a free end whose motion began with `other`, both in extents."""
+    scatter = _log_normal(_GRID, np.log(SCATTER), SCATTER_LOG_DEVIATION)
+    narrower = (np.log(max(other, FLOOR)) - np.log(CONTRACTION) - _GRID) / CONTRACTION_WIDTH
+    weights: Array = scatter / (1.0 + np.exp(np.clip(narrower, -50.0, 50.0)))
+    return weights
+
+
+def _hypotheses(candidates: Sequence[Candidate], extent: float, dimension: int, other: float) -> Array:
     """(C + 1, G): prior times likelihood of each hypothesis, given each shared precision; none comes last."""
     log_likelihood = _log_likelihoods(candidates, extent, dimension)
     likelihood = np.exp(log_likelihood - log_likelihood.max())
     around = _log_normal(_GRID[None, :], _GRID[:, None], SHARED_LOG_DEVIATION)
     names = [c.name for c in candidates]
     tied = _prior(names)[:, None] * (likelihood @ around.T)
-    scatter = _log_normal(_GRID, np.log(SCATTER), SCATTER_LOG_DEVIATION)
-    free = PRIOR[NONE] * float(likelihood[names.index(ABSOLUTE)] @ scatter)
+    free = PRIOR[NONE] * float(likelihood[names.index(ABSOLUTE)] @ _scatter(other))
     return np.vstack([tied, np.full(len(_GRID), free)])
 
 
@@ -91,7 +101,7 @@ def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float) -> list[Evi
 
     Parameters
     ----------
-    ends : candidates of each end
+    ends : candidates of the start, then of the end
     extent : float
         Size of the motion, m; `TURN_EXTENT` rad for orientations.
     """
@@ -99,7 +109,8 @@ def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float) -> list[Evi
     dimension = max(int(min(seen, 3)), 1)
     if len(ends[0][0].residual) - 1 < 3:
         dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for e in ends for c in e], axis=0))))
-    hypotheses = [_hypotheses(end, extent, dimension) for end in ends]
+    before = [0.0] + [end[0].spread / np.sqrt(dimension) / extent for end in ends[:-1]]
+    hypotheses = [_hypotheses(end, extent, dimension, other) for end, other in zip(ends, before, strict=True)]
     shared = _log_normal(_GRID, np.log(PRECISION), PRECISION_LOG_DEVIATION)
     found = []
     for index, end in enumerate(ends):

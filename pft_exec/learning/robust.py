@@ -1,142 +1,281 @@
-"""The robust generalization: carry the demonstrations into a new scene and take mean and covariance there."""
+"""The robust method: what is learned once from the demonstrations of a motion, and the flow tube of a scene from it.
+
+In the flow: align, decide the motion variables, find the experts' weights by leaving each demonstration out
+(`learn_robust`); then for each scene blend the experts' predictions and give them the covariance of what the blend
+left (`generalize`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import MissingObjectError
-from pft_exec.geometry import (
-    Array,
-    Pose,
-    conjugate,
-    interpolate_quaternion,
-    mean_quaternion,
-    multiply,
-    quaternion_from_rotation_vector,
-    relative_rotation_vector,
+from pft_exec.geometry import Array, Pose, multiply, quaternion_from_rotation_vector, relative_rotation_vector
+from pft_exec.learning.alignment import AlignedSet, even_phases, moving_parts, sample_at, warped_phases
+from pft_exec.learning.averaging import average
+from pft_exec.learning.covariance import residual_covariance
+from pft_exec.learning.endpoint import (
+    Endpoint,
+    Poses,
+    frame_pose,
+    local_positions,
+    local_turns,
+    make_endpoint,
+    target_positions,
+    target_turns,
+    warn_of_conflict,
+)
+from pft_exec.learning.experts import (
+    Experts,
+    expert_keys,
+    framed_positions,
+    local_statistics,
+    predict_positions,
+    predict_turns,
+    product_groups,
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
-from pft_exec.learning.variables import ABSOLUTE, NONE, START, FrameDecision, MotionVariables
+from pft_exec.learning.frames import object_poses
+from pft_exec.learning.resampling import arc_length
+from pft_exec.learning.signals import SignalTubes, signal_tubes
+from pft_exec.learning.stacking import blend_positions, blend_turns, stack_weights
+from pft_exec.learning.variables import START, MotionVariables
 
-STEPS = 100
+FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
+TURN_FLOOR = 0.005  # rad, the same for orientations
 
 
 @dataclass(frozen=True, eq=False)
-class Resampled:
-    """K demonstrations at N common phases: position (K, N, 3), quaternion (K, N, 4) or None, time (K, N) from 0."""
+class RobustMotion:
+    """What the robust method learned of one motion.
+
+    Parameters
+    ----------
+    aligned : AlignedSet
+        K demonstrations on N steps.
+    start : Endpoint
+    experts : Experts
+    weights : Weights
+    residual : (K, N, 3) or (K, N, 6), m and rad
+        What the blend left of each demonstration when it was left out, at the same step.
+    covariance : (N, 3, 3) or (N, 6, 6)
+        The same at the same share of the duration, so that timing counts.
+    signals : SignalTubes
+    """
+
+    aligned: AlignedSet
+    start: Endpoint
+    experts: Experts
+    weights: Weights
+    residual: Array
+    covariance: Array
+    signals: SignalTubes
+
+
+def _tool(aligned: AlignedSet, index: int) -> Array:
+    """Tool poses (K, 7) at a step; identity orientation where there is none."""
+    place = aligned.position[:, index]
+    identity = np.broadcast_to(np.array([0.0, 0.0, 0.0, 1.0]), (len(place), 4))
+    return np.hstack([place, identity if aligned.quaternion is None else aligned.quaternion[:, index]])
+
+
+def _corrected(path: Array, begin: Array, end: Array | None, share: Array) -> Array:
+    """Paths (M, N, 3) that begin and end where they have to; the correction fades along the path."""
+    path = path + ((1.0 - share) ** 2)[:, None] * (begin - path[:, 0])[:, None]
+    return path if end is None else path + (share**2)[:, None] * (end - path[:, -1])[:, None]
+
+
+def _corrected_turns(path: Array, begin: Array, end: Array | None, share: Array) -> Array:
+    """Orientations (M, N, 4) that begin and end as they have to."""
+    first = relative_rotation_vector(path[:, 0], begin)
+    path = multiply(path, quaternion_from_rotation_vector(((1.0 - share) ** 2)[:, None] * first[:, None]))
+    if end is None:
+        return path
+    last = relative_rotation_vector(path[:, -1], end)
+    return multiply(path, quaternion_from_rotation_vector((share**2)[:, None] * last[:, None]))
+
+
+def _make_experts(aligned: AlignedSet, variables: MotionVariables, poses: Poses, floor: float) -> Experts:
+    """The experts of a motion, before it is known which Gaussians to multiply; `poses` are the demonstrated ones."""
+    count = len(aligned.position)
+    keys, turn_keys = expert_keys(poses, aligned.quaternion is not None)
+    local_turn = None
+    if aligned.quaternion is not None:
+        turns = [local_turns(aligned.quaternion, frame_pose(n, poses, count), axes) for n, axes in turn_keys]
+        local_turn = np.stack(turns)
+    return Experts(
+        aligned.position,
+        arc_length(aligned.position).mean(axis=0),
+        make_endpoint(variables.end, _tool(aligned, -1), poses, floor),
+        keys,
+        turn_keys,
+        np.stack([local_positions(aligned.position, frame_pose(n, poses, count), axes) for n, axes in keys]),
+        local_turn,
+        floor,
+    )
+
+
+def _predicted_begin(start: Endpoint, poses: Poses, given: Array, leave_out: bool) -> Array:
+    """Poses (M, 7) in which M scenes begin: the relevant start, else the given one."""
+    place = target_positions(start, poses, len(given), leave_out)
+    turn = target_turns(start, poses, len(given), leave_out)
+    return np.hstack([given[:, :3] if place is None else place, given[:, 3:] if turn is None else turn])
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What experts say of M scenes, or the blend of it.
+
+    Parameters
+    ----------
+    position : (E, M, N, 3), blended (M, N, 3), m, world frame
+    turn : (E', M, N, 4), blended (M, N, 4), (x, y, z, w), or None
+    """
 
     position: Array
-    quaternion: Array | None
-    time: Array
+    turn: Array | None
 
 
-def resample(demonstrations: Sequence[Demonstration], steps: int = STEPS) -> Resampled:
-    """At `steps` phases, evenly spaced in time."""
-    phase = np.linspace(0.0, 1.0, steps)
-    positions, quaternions, times = [], [], []
-    for d in demonstrations:
-        time = phase * d.duration
-        own = d.time - d.time[0]
-        positions.append(np.stack([np.interp(time, own, d.position[:, i]) for i in range(3)], axis=1))
-        times.append(time)
-        if d.quaternion is not None:
-            place = np.clip(np.searchsorted(own, time, side="right") - 1, 0, len(own) - 2)
-            ratio = (time - own[place]) / (own[place + 1] - own[place])
-            quaternions.append(interpolate_quaternion(d.quaternion[place], d.quaternion[place + 1], ratio))
-    return Resampled(np.stack(positions), np.stack(quaternions) if quaternions else None, np.stack(times))
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """How much each expert is believed at each step: position (N, E), turn (N, E') or None."""
+
+    position: Array
+    turn: Array | None
 
 
-def _target_position(decision: FrameDecision, frames: Mapping[str, Pose]) -> Array | None:
-    if decision.frame == NONE:
-        return None
-    frame = frames[decision.frame]
-    if decision.axes == "object":
-        return frame.apply(decision.offset)
-    offset: Array = frame.position + decision.offset
-    return offset
+def _predict(experts: Experts, poses: Poses, leave_out: bool) -> Prediction:
+    """Every expert's prediction for M scenes that begin at ``poses["start"]``."""
+    begin = poses[START]
+    turn = None if experts.local_turn is None else predict_turns(experts, poses, begin[:, 3:], leave_out)
+    return Prediction(predict_positions(experts, poses, begin[:, :3], leave_out), turn)
 
 
-def _target_quaternion(decision: FrameDecision | None, frames: Mapping[str, Pose]) -> Array | None:
-    if decision is None or decision.frame == NONE:
-        return None
-    turn = quaternion_from_rotation_vector(decision.offset)
-    frame = frames[decision.frame].quaternion
-    if decision.frame == START and decision.axes == "world":
-        return multiply(turn, frame)
-    return multiply(frame, turn)
+def _find_weights(prediction: Prediction, aligned: AlignedSet, floor: float) -> Weights:
+    """Weights from what the experts say of demonstrations that they were not shown."""
+    turn = None
+    if prediction.turn is not None and aligned.quaternion is not None:
+        turn = stack_weights(relative_rotation_vector(aligned.quaternion[None], prediction.turn), TURN_FLOOR)
+    return Weights(stack_weights(prediction.position - aligned.position, floor), turn)
 
 
-def _frames(scene: Scene, variables: MotionVariables, start: Pose) -> dict[str, Pose]:
+def _blend(experts: Experts, poses: Poses, prediction: Prediction, weights: Weights, leave_out: bool) -> Prediction:
+    """The experts' predictions blended, and made to begin and end where they have to."""
+    begin, count, share = poses[START], len(poses[START]), experts.share
+    end = target_positions(experts.end, poses, count, leave_out)
+    path = _corrected(blend_positions(weights.position, prediction.position), begin[:, :3], end, share)
+    if prediction.turn is None or weights.turn is None:
+        return Prediction(path, None)
+    end_turn = target_turns(experts.end, poses, count, leave_out)
+    turn = _corrected_turns(blend_turns(weights.turn, prediction.turn), begin[:, 3:], end_turn, share)
+    return Prediction(path, turn)
+
+
+def _residual(aligned: AlignedSet, blend: Prediction) -> Array:
+    """(K, N, 3) or (K, N, 6): what the blend leaves of the demonstrations."""
+    left = aligned.position - blend.position
+    if aligned.quaternion is None or blend.turn is None:
+        return left
+    return np.concatenate([left, relative_rotation_vector(blend.turn, aligned.quaternion)], axis=-1)
+
+
+def _leave_one_out(experts: Experts, poses: Poses, even: AlignedSet) -> tuple[Experts, Weights, Prediction]:
+    """The experts with their products, their weights, and the blend for each demonstrated scene from the others."""
+    mean, _ = local_statistics(experts.local, experts.floor, leave_out=True)
+    errors = framed_positions(mean, experts.keys, poses) - even.position
+    experts = replace(experts, groups=product_groups(experts.keys, errors))
+    prediction = _predict(experts, poses, leave_out=True)
+    weights = _find_weights(prediction, even, experts.floor)
+    return experts, weights, _blend(experts, poses, prediction, weights, leave_out=True)
+
+
+def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVariables) -> RobustMotion:
+    """Learn one motion, its motion variables being decided."""
+    moving = moving_parts(demonstrations)
+    even = sample_at(moving, even_phases(len(moving)))
+    extent = float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1)))
+    first = _tool(even, 0)
+    poses = {name: object_poses(demonstrations, name) for name in variables.objects}
+    start = make_endpoint(variables.start, first, poses, FLOOR * max(extent, 1e-9))
+    experts = _make_experts(even, variables, poses | {START: first}, start.floor)
+    poses[START] = _predicted_begin(start, poses, first, leave_out=True)
+    experts, weights, blend = _leave_one_out(experts, poses, even)
+    aligned = sample_at(moving, warped_phases(blend.position, blend.turn, even))
+    return RobustMotion(
+        aligned=aligned,
+        start=start,
+        experts=experts,
+        weights=weights,
+        residual=_shown_here(_residual(aligned, blend)),
+        covariance=residual_covariance(_residual(even, blend), start.floor, TURN_FLOOR),
+        signals=signal_tubes(aligned),
+    )
+
+
+def _shown_here(residual: Array) -> Array:
+    """Leave-one-out residuals (K, N, 3 or 6) as residuals from a mean that each demonstration is part of."""
+    count, mean = len(residual), residual.mean(axis=0)
+    shown: Array = mean + (count - 1) / count * (residual - mean)
+    return shown
+
+
+def _scene_poses(variables: MotionVariables, scene: Scene) -> dict[str, Array]:
     missing = [name for name in variables.objects if name not in scene]
     if missing:
         raise MissingObjectError("object of the scene", missing[0], scene, "The motion is relative to it.")
-    return {ABSOLUTE: Pose(np.zeros(3)), START: start} | {name: scene[name] for name in variables.objects}
+    return {name: scene[name].array[None] for name in variables.objects}
+
+
+def _given_start(motion: RobustMotion, start: Pose | None) -> Array:
+    """Pose (1, 7) of the tool now; the mean demonstrated start where None."""
+    if start is not None:
+        return start.array[None]
+    first = _tool(motion.aligned, 0)
+    return np.concatenate([first[:, :3].mean(axis=0), average(first[:, 3:])])[None]
 
 
 def generalize(
-    label: str,
-    resampled: Resampled,
-    variables: MotionVariables,
-    scene: Scene,
-    start: Pose | None,
+    label: str, motion: RobustMotion, variables: MotionVariables, scene: Scene, start: Pose | None
 ) -> FlowTube:
-    """The flow tube of one scene: every demonstration bent to the required ends, then mean and covariance."""
-    mean_start = Pose(
-        resampled.position[:, 0].mean(axis=0),
-        np.array([0.0, 0.0, 0.0, 1.0]) if resampled.quaternion is None else mean_quaternion(resampled.quaternion[:, 0]),
-    )
-    given = start or mean_start
-    frames = _frames(scene, variables, given)
-    begin = _target_position(variables.start.position, frames)
-    begin = given.position if begin is None else begin
-    begin_turn = _target_quaternion(variables.start.orientation, frames)
-    frames[START] = Pose(begin, given.quaternion if begin_turn is None else begin_turn)
-    end = _target_position(variables.end.position, frames)
-    position = resampled.position
-    phase = np.linspace(0.0, 1.0, position.shape[1])[None, :, None]
-    if end is None:
-        end = begin + (position[:, -1] - position[:, 0]).mean(axis=0)
-    carried = position + (1 - phase) * (begin - position[:, :1]) + phase * (end - position[:, -1:])
-    spread = variables.start.position.spread**2 / 3, variables.end.position.spread**2 / 3
-    mean = carried.mean(axis=0)
-    residual = carried - mean
-    quaternion = carried_turns = None
-    ramp = phase[0, :, 0]
-    ends = (1 - ramp) ** 2 * spread[0] * (variables.start.position.frame != NONE) + ramp**2 * spread[1]
-    if resampled.quaternion is not None:
-        carried_turns = _turn(resampled.quaternion, variables, frames)
-        quaternion = mean_quaternion(carried_turns)
-        residual = np.concatenate([residual, relative_rotation_vector(quaternion, carried_turns)], axis=-1)
-    covariance = np.einsum("kni,knj->nij", residual, residual) / max(len(position) - 1, 1)
-    covariance[:, :3, :3] += ends[:, None, None] * np.eye(3)
-    extent = np.linalg.norm(np.ptp(mean, axis=0))
-    floor = np.full(covariance.shape[-1], 0.02**2)
-    floor[:3] = max(0.01 * float(extent), 1e-6) ** 2
-    covariance += np.diag(floor)
+    """The flow tube of a motion in a scene.
+
+    Raises
+    ------
+    MissingObjectError
+        If the scene lacks an object that a motion variable refers to.
+    """
+    poses = _scene_poses(variables, scene)
+    given = _given_start(motion, start)
+    poses[START] = given
+    warn_of_conflict(label, "start", motion.start, poses)
+    poses[START] = _predicted_begin(motion.start, poses, given, leave_out=False)
+    warn_of_conflict(label, "end", motion.experts.end, poses)
+    prediction = _predict(motion.experts, poses, leave_out=False)
+    blend = _blend(motion.experts, poses, prediction, motion.weights, leave_out=False)
+    time, signals = motion.aligned.time, motion.signals
     return FlowTube(
         label,
-        resampled.time.mean(axis=0),
-        mean,
-        quaternion,
-        covariance,
-        resampled.time.std(axis=0, ddof=1),
-        count=len(position),
-        aligned=AlignedDemonstrations(carried, carried_turns, resampled.time),
+        time.mean(axis=0),
+        blend.position[0],
+        None if blend.turn is None else blend.turn[0],
+        motion.covariance,
+        time.std(axis=0, ddof=1),
+        signals.continuous,
+        signals.continuous_deviation,
+        signals.discrete,
+        signals.discrete_values,
+        len(time),
+        _carried(motion, blend),
     )
 
 
-def _turn(quaternions: Array, variables: MotionVariables, frames: Mapping[str, Pose]) -> Array:
-    """Orientations (K, N, 4) corrected at both ends, the correction growing evenly between."""
-    begin = frames[START].quaternion
-    end = _target_quaternion(variables.end.orientation, frames)
-    if end is None:
-        end = multiply(begin, mean_quaternion(multiply(conjugate(quaternions[:, 0]), quaternions[:, -1])))
-    phase = np.linspace(0.0, 1.0, quaternions.shape[1])[None, :, None]
-    first = relative_rotation_vector(quaternions[:, 0], np.broadcast_to(begin, quaternions[:, 0].shape))
-    last = relative_rotation_vector(quaternions[:, -1], np.broadcast_to(end, quaternions[:, -1].shape))
-    step = (1 - phase) * first[:, None] + phase * last[:, None]
-    return multiply(quaternions, quaternion_from_rotation_vector(step))
+def _carried(motion: RobustMotion, blend: Prediction) -> AlignedDemonstrations:
+    """The demonstrations in this scene: the tube, and what each left beside its own prediction."""
+    turn = None
+    if blend.turn is not None:
+        turn = multiply(blend.turn, quaternion_from_rotation_vector(motion.residual[..., 3:]))
+    return AlignedDemonstrations(blend.position + motion.residual[..., :3], turn, motion.aligned.time)

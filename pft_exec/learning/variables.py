@@ -47,6 +47,10 @@ class FrameDecision:
         One sentence for a reader.
     relevant : tuple of str
         Every frame that counts at this end; the chosen one first.
+    directions : tuple of str
+        Frame that decides each of the world's axes x, y, z, where one frame does not explain all three; else empty.
+    kinds : {name: "world" or "object"}
+        Axes in which each candidate was narrower.
     overruled : bool
         The user named the frame.
     """
@@ -63,17 +67,25 @@ class FrameDecision:
     reason: str = ""
     relevant: tuple[str, ...] = ()
     overruled: bool = False
+    directions: tuple[str, ...] = ()
+    kinds: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "offset", read_only(self.offset))
         object.__setattr__(self, "candidates", MappingProxyType(dict(self.candidates)))
         object.__setattr__(self, "probability", MappingProxyType(dict(self.probability)))
+        object.__setattr__(self, "kinds", MappingProxyType(dict(self.kinds)))
+
+    def axes_of(self, name: str) -> str:
+        """Axes in which a frame that counts here is meant: "world" or "object"."""
+        return self.axes if name == self.frame else self.kinds.get(name, "world")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words, for JSON."""
         plain: dict[str, Any] = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        plain |= {"candidates": dict(self.candidates), "probability": dict(self.probability)}
-        plain |= {"offset": [float(x) for x in self.offset], "relevant": list(self.relevant)}
+        plain |= {name: dict(plain[name]) for name in ("candidates", "probability", "kinds")}
+        plain |= {"offset": [float(x) for x in self.offset]}
+        plain |= {name: list(plain[name]) for name in ("relevant", "directions")}
         return plain
 
 

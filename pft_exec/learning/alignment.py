@@ -1,0 +1,110 @@
+"""Alignment: the demonstrations of a motion on one timeline of N steps, by dynamic time warping.
+
+In the flow: the first thing `robust` does. A demonstration is aligned to what the others predict for its own scene, so
+that paths to different places are never compared with one another; a fixed number of steps and a prediction by all
+others keep the result independent of the order of demonstrations, which the running mean of [Dong2012]_,
+Algorithm 3, is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pft_exec.demonstration import Demonstration
+from pft_exec.demonstration.segmentation import without_idle_ends
+from pft_exec.geometry import Array, geodesic_distance
+from pft_exec.learning.dynamic_time_warping import matched_samples
+from pft_exec.learning.resampling import nearest_at, own_time, quaternions_at, rows_at
+
+STEPS = 100  # steps of a tube: 20 ms of a 2 s motion; each of five circles has 20, 1 % of the radius off the arc
+TIME_WEIGHT = 0.1  # of the extent that a whole duration counts, so that pauses are not warped at random
+TURN_SCALE = 1.0  # rad that counts as much as the extent of the path, where the motion turns less
+
+
+@dataclass(frozen=True, eq=False)
+class AlignedSet:
+    """K demonstrations on N common steps, each in its own scene.
+
+    Parameters
+    ----------
+    position : (K, N, 3), m, world frame
+    quaternion : (K, N, 4), (x, y, z, w), or None
+    time : (K, N), s
+        When each step was passed, from the first moving sample.
+    continuous, discrete : {name: (K, N)}
+        Signals that every demonstration has.
+    """
+
+    position: Array
+    quaternion: Array | None
+    time: Array
+    continuous: Mapping[str, Array]
+    discrete: Mapping[str, NDArray[np.int64]]
+
+
+def shared_names(signals: Sequence[Mapping[str, object]]) -> tuple[str, ...]:
+    """Names that every demonstration has, sorted."""
+    return tuple(sorted(set(signals[0]).intersection(*signals[1:])))
+
+
+def moving_parts(demonstrations: Sequence[Demonstration]) -> list[Demonstration]:
+    """The demonstrations without their idle ends."""
+    return [without_idle_ends(d) for d in demonstrations]
+
+
+def sample_at(demonstrations: Sequence[Demonstration], phase: Array) -> AlignedSet:
+    """K demonstrations at shares (K, N) of their durations."""
+    clocks = [own_time(d) for d in demonstrations]
+    time = phase * np.array([[clock[-1]] for clock in clocks])
+    rows = list(zip(clocks, demonstrations, time, strict=True))
+    turns = [quaternions_at(c, d.quaternion, t) for c, d, t in rows if d.quaternion is not None]
+    continuous = shared_names([d.continuous for d in demonstrations])
+    discrete = shared_names([d.discrete for d in demonstrations])
+    return AlignedSet(
+        position=np.stack([rows_at(c, d.position, t) for c, d, t in rows]),
+        quaternion=np.stack(turns) if turns else None,
+        time=time,
+        continuous={name: np.stack([np.interp(t, c, d.continuous[name]) for c, d, t in rows]) for name in continuous},
+        discrete={name: np.stack([nearest_at(c, d.discrete[name], t) for c, d, t in rows]) for name in discrete},
+    )
+
+
+def even_phases(count: int, steps: int = STEPS) -> Array:
+    """Shares (K, N) of the duration, evenly from 0 to 1."""
+    return np.tile(np.linspace(0.0, 1.0, steps), (count, 1))
+
+
+def warped_phases(path: Array, turns: Array | None, even: AlignedSet) -> Array:
+    """Shares (K, N) of their durations at which demonstrations pass the steps of paths predicted for them.
+
+    Parameters
+    ----------
+    path : (K, N, 3), m
+        Prediction for each demonstration's scene.
+    turns : (K, N, 4), (x, y, z, w), or None
+    even : AlignedSet
+        The demonstrations at equal shares of their durations.
+    """
+    steps = path.shape[1]
+    extent = max(float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1))), 1e-12)
+    clock = TIME_WEIGHT * np.linspace(0.0, 1.0, steps)[:, None]
+    weight = 0.0
+    if turns is not None and even.quaternion is not None:
+        weight = 1.0 / max(float(geodesic_distance(even.quaternion[:, :1], even.quaternion).max()), TURN_SCALE)
+    warped = [
+        matched_samples(
+            np.hstack([path[k] / extent, clock]),
+            np.hstack([even.position[k] / extent, clock]),
+            None if turns is None else turns[k],
+            None if even.quaternion is None else even.quaternion[k],
+            weight,
+        )
+        for k in range(len(path))
+    ]
+    phase: Array = np.stack(warped) / (steps - 1.0)
+    phase[:, 0], phase[:, -1] = 0.0, 1.0
+    return phase

@@ -1,0 +1,43 @@
+"""The covariance of a tube from a handful of residuals: shrunk to a variance profile, and predictive.
+
+Five demonstrations do not estimate a covariance. A normal-inverse-Wishart prior of a few degrees of freedom around the
+isotropic variance of the neighbouring steps takes the place of what they leave open.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pft_exec.geometry import Array
+from pft_exec.learning.resampling import smoothing
+
+PRIOR_DEGREES = 4.0  # weight of the prior, in demonstrations
+WINDOW = 0.05  # of the motion, over which the variance profile is averaged
+POOLED = 0.25  # share of the level of the whole motion in the profile (geometric): one step tells little
+
+
+def residual_covariance(residual: Array, floor: float, turn_floor: float) -> Array:
+    """Covariance (N, 3, 3) or (N, 6, 6) of leave-one-out residuals (K, N, 3 or 6), m and rad; positive definite.
+
+    Parameters
+    ----------
+    residual : (K, N, 3) or (K, N, 6)
+        Position, then rotation vector.
+    floor, turn_floor : float
+        Smallest standard deviations, m and rad.
+    """
+    count, steps, size = residual.shape
+    smooth = smoothing(steps, WINDOW * steps)
+    squares = np.mean(residual**2, axis=0)
+    blocks = [(slice(0, 3), floor)] + ([(slice(3, 6), turn_floor)] if size == 6 else [])
+    prior = np.empty((steps, size))
+    least = np.empty(size)
+    for block, smallest in blocks:
+        active = max(int(np.sum(squares[:, block].max(axis=0) > 1e-6 * squares[:, block].max())), 1)
+        own = smooth @ (squares[:, block].sum(axis=1) / active) + smallest**2
+        prior[:, block] = (own ** (1.0 - POOLED) * own.mean() ** POOLED)[:, None]
+        least[block] = smallest
+    scatter = np.einsum("kni,knj->nij", residual, residual)
+    shrunk = (scatter + PRIOR_DEGREES * prior[:, :, None] * np.eye(size)) / (count + PRIOR_DEGREES)
+    covariance: Array = shrunk + np.diag(least**2)
+    return covariance

@@ -1,0 +1,177 @@
+"""Endpoints: where the two ends of a motion have to be in a scene, by the frames that count there.
+
+In the flow: the decisions name frames; here they become places. Several frames at one end are fused by their
+precisions (a product of Gaussians); where they contradict one another, that is said.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pft_exec.geometry import (
+    Array,
+    conjugate,
+    multiply,
+    quaternion_from_rotation_vector,
+    relative_rotation_vector,
+    rotate,
+    rotation_matrix,
+)
+from pft_exec.learning.averaging import average
+from pft_exec.learning.variables import ABSOLUTE, EndDecision, FrameDecision
+
+CONFLICT = 3.0  # standard deviations of the difference of two targets beyond which they contradict one another
+
+Poses = Mapping[str, Array]  # frame name -> poses (M, 7) of that frame in M scenes, m and (x, y, z, w)
+
+
+@dataclass(frozen=True, eq=False)
+class Endpoint:
+    """One end of K demonstrations in the frames that count there.
+
+    Parameters
+    ----------
+    frames, turn_frames : tuple of (name, axes)
+        Those of the position (R of them), and of the orientation (S).
+    place : (R, K, 3)
+        Tool position in each frame, m.
+    turn : (S, K, 4)
+        Tool orientation in each frame, (x, y, z, w).
+    mask : (R, 3)
+        Which of the world's axes each frame decides; all where decisions are not split by direction.
+    floor : float
+        Smallest standard deviation of a target, m.
+    """
+
+    frames: tuple[tuple[str, str], ...]
+    turn_frames: tuple[tuple[str, str], ...]
+    place: Array
+    turn: Array
+    mask: Array
+    floor: float
+
+
+def local_positions(position: Array, pose: Array, axes: str) -> Array:
+    """Positions (K, ..., 3) seen from poses (K, 7): offsets in the world's axes or in the frame's own."""
+    shape = (len(pose),) + (1,) * (position.ndim - 2)
+    offset = position - pose[:, :3].reshape(*shape, 3)
+    return rotate(conjugate(pose[:, 3:]).reshape(*shape, 4), offset) if axes == "object" else offset
+
+
+def local_turns(quaternion: Array, pose: Array, axes: str) -> Array:
+    """Orientations (K, ..., 4) seen from poses (K, 7): ``pose^-1 * q``, or for the world's axes ``q * pose^-1``."""
+    back = conjugate(pose[:, 3:]).reshape(len(pose), *(1,) * (quaternion.ndim - 2), 4)
+    return multiply(quaternion, back) if axes == "world" else multiply(back, quaternion)
+
+
+def frame_pose(name: str, poses: Poses, count: int) -> Array:
+    """Poses (M, 7) of a frame in M scenes; the world's is the identity."""
+    if name == ABSOLUTE:
+        return np.broadcast_to(np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]), (count, 7))
+    return poses[name]
+
+
+def _position_frames(decision: FrameDecision) -> tuple[tuple[tuple[str, str], ...], Array]:
+    frames = tuple((name, decision.axes_of(name)) for name in decision.relevant)
+    if not decision.directions:
+        return frames, np.ones((len(frames), 3))
+    return frames, np.array([[float(axis == name) for axis in decision.directions] for name, _ in frames])
+
+
+def make_endpoint(decision: EndDecision, tool: Array, poses: Poses, floor: float) -> Endpoint:
+    """The endpoint of K demonstrations whose tool poses there are `tool` (K, 7), frames at `poses`."""
+    frames, mask = _position_frames(decision.position)
+    turned = decision.orientation
+    turn_frames = () if turned is None else tuple((name, turned.axes_of(name)) for name in turned.relevant)
+    count = len(tool)
+    places = [local_positions(tool[:, :3], frame_pose(n, poses, count), axes) for n, axes in frames]
+    turns = [local_turns(tool[:, 3:], frame_pose(n, poses, count), axes) for n, axes in turn_frames]
+    return Endpoint(
+        frames,
+        turn_frames,
+        np.array(places).reshape(len(frames), count, 3),
+        np.array(turns).reshape(len(turn_frames), count, 4),
+        mask,
+        floor,
+    )
+
+
+def _means(values: Array, leave_out: bool) -> Array:
+    """Means (1, 3) over demonstrations (K, 3), or (K, 3), each without its own."""
+    total = values.sum(axis=0, keepdims=True)
+    means: Array = (total - values) / (len(values) - 1) if leave_out else total / len(values)
+    return means
+
+
+def _precision(values: Array, floor: float) -> Array:
+    """Precision (3, 3) of the mean offset in a new scene, shrunk to an isotropic one: few demonstrations."""
+    count = len(values)
+    residual = values - values.mean(axis=0)
+    scatter = residual.T @ residual
+    isotropic = np.eye(3) * np.trace(scatter) / 3.0 / max(count - 1, 1)
+    covariance = (scatter + 4.0 * isotropic) / (count + 3.0) * (1.0 + 1.0 / count) + floor**2 * np.eye(3)
+    inverse: Array = np.linalg.inv(covariance)
+    return inverse
+
+
+def target_positions(endpoint: Endpoint, poses: Poses, count: int, leave_out: bool = False) -> Array | None:
+    """Required positions (M, 3), world frame, in M scenes; None where nothing is relevant.
+
+    `leave_out` (M = K, the demonstrated scenes): each demonstration's target comes from the others.
+    """
+    if not endpoint.frames:
+        return None
+    weight, weighted = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    for (name, axes), values, mask in zip(endpoint.frames, endpoint.place, endpoint.mask, strict=True):
+        pose = frame_pose(name, poses, count)
+        turn = np.broadcast_to(rotation_matrix(pose[:, 3:]) if axes == "object" else np.eye(3), (count, 3, 3))
+        own = turn @ _precision(values, endpoint.floor) @ turn.swapaxes(1, 2)
+        precision = own * mask[:, None] * mask[None, :]
+        place = pose[:, :3] + np.einsum("mij,mj->mi", turn, np.broadcast_to(_means(values, leave_out), (count, 3)))
+        weight = weight + precision
+        weighted = weighted + np.einsum("mij,mj->mi", precision, place)
+    target: Array = np.linalg.solve(weight, weighted[..., None])[..., 0]
+    return target
+
+
+def target_turns(endpoint: Endpoint, poses: Poses, count: int, leave_out: bool = False) -> Array | None:
+    """Required orientations (M, 4), world frame; parameters as in `target_positions`."""
+    if not endpoint.turn_frames:
+        return None
+    targets, weights = [], []
+    for (name, axes), values in zip(endpoint.turn_frames, endpoint.turn, strict=True):
+        mean = average(values)
+        residual = relative_rotation_vector(mean, values)
+        step = _means(residual, leave_out)
+        local = multiply(mean, quaternion_from_rotation_vector(step))
+        pose = frame_pose(name, poses, count)[:, 3:]
+        turned = multiply(local, pose) if axes == "world" else multiply(pose, local)
+        targets.append(np.broadcast_to(turned, (count, 4)))
+        weights.append(1.0 / (np.sum(residual**2) + 1e-6))
+    share = np.array(weights)[:, None] / np.sum(weights)
+    return average(np.stack(targets), np.broadcast_to(share, (len(targets), count)))
+
+
+def warn_of_conflict(label: str, end: str, endpoint: Endpoint, poses: Poses) -> None:
+    """Warn where two frames that count at this end ask for places that contradict one another."""
+    if len(endpoint.frames) < 2 or (endpoint.mask == 0.0).any():
+        return
+    places, spreads = [], []
+    for (name, axes), values in zip(endpoint.frames, endpoint.place, strict=True):
+        pose = frame_pose(name, poses, 1)[0]
+        mean = values.mean(axis=0)
+        places.append(pose[:3] + (rotate(pose[3:], mean) if axes == "object" else mean))
+        spreads.append(np.trace(np.linalg.inv(_precision(values, endpoint.floor))))
+    gap = float(np.linalg.norm(places[0] - places[1]))
+    if gap > CONFLICT * float(np.sqrt(spreads[0] + spreads[1])):
+        names = " and ".join(repr(name) for name, _ in endpoint.frames[:2])
+        warnings.warn(
+            f"the {end} of {label!r} is tied to {names}, which contradict one another in this scene by {gap:.3g} m; "
+            f"name the one that counts: relevant={{{end!r}: [...]}}.",
+            RuntimeWarning,
+            stacklevel=4,
+        )

@@ -1,0 +1,53 @@
+"""Continuous and discrete signals along a tube: a Gaussian, and probabilities with a Laplace prior."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pft_exec.geometry import Array
+from pft_exec.learning.alignment import AlignedSet
+from pft_exec.learning.resampling import smoothing
+
+WINDOW = 0.05  # of the motion, over which the variance of a signal is averaged
+FLOOR = 0.02  # of a signal's range: smallest standard deviation
+
+
+@dataclass(frozen=True, eq=False)
+class SignalTubes:
+    """Signals at N steps: names and shapes as in `FlowTube`."""
+
+    continuous: Mapping[str, Array]
+    continuous_deviation: Mapping[str, Array]
+    discrete: Mapping[str, Array]
+    discrete_values: Mapping[str, NDArray[np.int64]]
+
+
+def _deviation(values: Array) -> Array:
+    """Standard deviation (N,) of a signal (K, N), averaged over neighbouring steps, with a floor."""
+    steps = values.shape[1]
+    variance = smoothing(steps, WINDOW * steps) @ values.var(axis=0, ddof=1)
+    floor = FLOOR * max(float(np.ptp(values)), 1e-9)
+    deviation: Array = np.sqrt(variance * (1.0 + 1.0 / len(values)) + floor**2)
+    return deviation
+
+
+def _probabilities(values: NDArray[np.int64], choices: NDArray[np.int64]) -> Array:
+    """Probability (N, V) of each value, one imagined demonstration for each (Laplace)."""
+    counts = (values[:, :, None] == choices).sum(axis=0) + 1.0
+    probability: Array = counts / counts.sum(axis=1, keepdims=True)
+    return probability
+
+
+def signal_tubes(aligned: AlignedSet) -> SignalTubes:
+    """Mean, deviation and probabilities of all signals that every demonstration has."""
+    choices = {name: np.unique(values) for name, values in aligned.discrete.items()}
+    return SignalTubes(
+        {name: values.mean(axis=0) for name, values in aligned.continuous.items()},
+        {name: _deviation(values) for name, values in aligned.continuous.items()},
+        {name: _probabilities(values, choices[name]) for name, values in aligned.discrete.items()},
+        choices,
+    )

@@ -1,0 +1,57 @@
+r"""Stacking: how much each frame is to be believed at each phase of a motion, by leave-one-out prediction.
+
+Relevance says which frames hold the two ends; stacking extends that to the whole path, by prediction instead of spread.
+Each demonstration is predicted from the others by several experts (seen from the start, from each object, in the world,
+their products of Gaussians, the bent and the scaled path). With the experts' mean error products :math:`C(n)` at step
+n, the blend of least error has weights :math:`C^{-1} 1 / (1' C^{-1} 1)`; off-diagonals are halved, because five
+demonstrations do not estimate them, and negative weights clipped. What the blend leaves is the covariance of the tube.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pft_exec.geometry import Array, multiply, quaternion_from_rotation_vector, relative_rotation_vector
+from pft_exec.learning.resampling import smoothing
+
+WINDOW = 0.05  # of the motion over which errors are averaged
+OFF_DIAGONAL = 0.5  # share of the error products between experts that is believed
+
+
+def stack_weights(errors: Array, floor: float) -> Array:
+    """Weights (N, E) of E experts at N steps.
+
+    Parameters
+    ----------
+    errors : (E, K, N, 3)
+        Leave-one-out errors, m or rad.
+    floor : float
+        Error below which experts count as equal, in the same unit.
+    """
+    experts, count, steps = errors.shape[:3]
+    flat = errors.transpose(2, 0, 1, 3).reshape(steps, experts, -1)
+    products = (flat @ flat.swapaxes(1, 2) / count).reshape(steps, -1)
+    smooth = smoothing(steps, 0.5 * WINDOW * steps)
+    products = (smooth @ products).reshape(steps, experts, experts)
+    identity = np.eye(experts)
+    products = products * (OFF_DIAGONAL + (1.0 - OFF_DIAGONAL) * identity) + floor**2 * identity
+    raw = np.linalg.solve(products, np.ones((steps, experts, 1)))[..., 0]
+    positive = np.clip(raw, 0.0, None)
+    weights: Array = smooth @ (positive / positive.sum(axis=1, keepdims=True))
+    return weights
+
+
+def blend_positions(weights: Array, predictions: Array) -> Array:
+    """Blend (M, N, 3) of predictions (E, M, N, 3) by weights (N, E)."""
+    blended: Array = np.einsum("ne,emni->mni", weights, predictions)
+    return blended
+
+
+def blend_turns(weights: Array, predictions: Array) -> Array:
+    """Blend (M, N, 4) of orientations (E, M, N, 4) by weights (N, E): the mean in the tangent of the weightiest."""
+    steps = np.arange(weights.shape[0])
+    blended: Array = predictions[weights.argmax(axis=1), :, steps].swapaxes(0, 1)
+    for _ in range(2):
+        tangent = relative_rotation_vector(blended[None], predictions)
+        blended = multiply(blended, quaternion_from_rotation_vector(blend_positions(weights, tangent)))
+    return blended
