@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pft_exec.exceptions import SimulationError, UnknownNameError
 from pft_exec.geometry import Pose
+from pft_exec.simulation.backdrop import compute_backdrop
 
 
 @dataclass(frozen=True)
@@ -21,13 +22,22 @@ class View:
     target: tuple[float, float, float]
     field_of_view: float
 
+    def mirrored(self) -> View:
+        """The same from the robot's other side."""
+        (x, y, z), (u, v, w) = self.eye, self.target
+        return View((x, -y, z), (u, -v, w), self.field_of_view)
 
-VIEWS = MappingProxyType(
-    {
-        "room": View(eye=(2.5, -1.75, 1.95), target=(0.36, -0.02, 0.78), field_of_view=36.0),
-        "table": View(eye=(1.75, -0.85, 1.55), target=(0.52, -0.12, 0.86), field_of_view=36.0),
-    }
-)
+
+_RIGHT = {
+    "room": View(eye=(2.5, -1.75, 1.9), target=(0.3, -0.06, 0.83), field_of_view=38.0),
+    "table": View(eye=(1.75, -1.0, 1.5), target=(0.48, -0.13, 0.89), field_of_view=38.0),
+}
+_LEFT = {f"{name}_left": view.mirrored() for name, view in _RIGHT.items()}
+VIEWS = MappingProxyType(_RIGHT | _LEFT)
+
+_CLIP = (0.1, 12.0)  # m; nothing nearer or farther is seen
+_NOTHING = 0.9999  # depth in the clipped range beyond which no body is
+_LIGHT = (1.5, -1.0, 3.0)  # direction towards the light, world frame
 
 
 class Camera:
@@ -44,6 +54,7 @@ class Camera:
     def __init__(self, client: int, base: Pose) -> None:
         self._client = client
         self._base = base
+        self._backdrops: dict[tuple[str, tuple[int, int]], NDArray[np.uint8]] = {}
 
     def frame(self, size: tuple[int, int] = (640, 480), view: str = "room", shadow: bool = False) -> NDArray[np.uint8]:
         """Take a picture.
@@ -53,7 +64,8 @@ class Camera:
         size : (int, int)
             Width and height, pixels.
         view : str
-            "room": robot and table; "table": close, on arm and objects.
+            "room": robot and table; "table": close, on arm and objects; both from the robot's right, with "_left"
+            appended from its left.
         shadow : bool
             Twice as slow.
 
@@ -74,22 +86,31 @@ class Camera:
         width, height = size
         if width < 1 or height < 1:
             raise SimulationError(f"a picture needs a positive width and height in pixels; got {size}.")
-        image = pybullet.getCameraImage(
+        seen = VIEWS[view]
+        _, _, image, depth, _ = pybullet.getCameraImage(
             width,
             height,
-            viewMatrix=self._view_matrix(VIEWS[view]),
-            projectionMatrix=pybullet.computeProjectionMatrixFOV(VIEWS[view].field_of_view, width / height, 0.1, 12.0),
-            lightDirection=[1.5, -1.0, 3.0],
+            viewMatrix=self._view_matrix(seen),
+            projectionMatrix=pybullet.computeProjectionMatrixFOV(seen.field_of_view, width / height, *_CLIP),
+            lightDirection=_LIGHT,
             lightDistance=8.0,
             shadow=int(shadow),
             renderer=pybullet.ER_TINY_RENDERER,
             flags=pybullet.ER_NO_SEGMENTATION_MASK,
             physicsClientId=self._client,
-        )[2]
-        return np.asarray(image, dtype=np.uint8).reshape(height, width, 4)[:, :, :3].copy()
+        )
+        picture = np.array(image, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
+        is_empty = np.asarray(depth).reshape(height, width, 1) > _NOTHING
+        return np.where(is_empty, self._backdrop(view, size), picture)
 
     def _view_matrix(self, view: View) -> list[float]:
-        matrix: list[float] = pybullet.computeViewMatrix(
-            self._base.apply(view.eye).tolist(), self._base.apply(view.target).tolist(), [0.0, 0.0, 1.0]
-        )
+        eye, target = self._base.apply([view.eye, view.target])
+        matrix: list[float] = pybullet.computeViewMatrix(eye.tolist(), target.tolist(), [0.0, 0.0, 1.0])
         return matrix
+
+    def _backdrop(self, name: str, size: tuple[int, int]) -> NDArray[np.uint8]:
+        """Floor and sky of a view, computed when first seen."""
+        if (name, size) not in self._backdrops:
+            eye, target = self._base.apply([VIEWS[name].eye, VIEWS[name].target])
+            self._backdrops[name, size] = compute_backdrop(eye, target, VIEWS[name].field_of_view, size)
+        return self._backdrops[name, size]

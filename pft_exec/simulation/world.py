@@ -19,7 +19,6 @@ from pft_exec.geometry import Array, Pose, conjugate, multiply, rotate
 from pft_exec.model import Arm, RobotModel, load_robot
 from pft_exec.simulation.camera import Camera
 from pft_exec.simulation.engine import Engine
-from pft_exec.simulation.floor import build_floor
 from pft_exec.simulation.object_body import ObjectBody
 from pft_exec.simulation.placement import default_arm, draw_reachable_scene, task_for
 from pft_exec.simulation.replay import WorldState
@@ -81,7 +80,6 @@ class World:
         """Load everything into an empty engine, always in the same order."""
         self._engine.clear()
         self._count = 0
-        build_floor(self._engine)
         self._body = RobotBody(self._engine, self.robot, self.base)
         self._objects = {
             name: ObjectBody(self._engine, item, item.fixed.pose if item.fixed is not None else self._scene[name])
