@@ -144,7 +144,7 @@ def test_a_skipped_test_fails_where_the_data_are_required(tmp_path: Path) -> Non
     (tmp_path / "test_data.py").write_text("def test_it(recordings):\n    assert False\n")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(tmp_path)]
     environment = os.environ | {"PFT_EXEC_DATA": str(tmp_path)}
-    for required, status, line in (("0", 0, "1 skipped"), ("1", 1, "1 failed")):
+    for required, status, line in (("0", 0, "1 skipped"), ("1", 1, "1 error")):
         environment["PFT_EXEC_REQUIRE_DATA"] = required
         result = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         assert result.returncode == status
