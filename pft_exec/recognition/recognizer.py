@@ -4,16 +4,161 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pft_exec.exceptions import RecognitionError, UnknownMethodError
-from pft_exec.geometry import Array, relative_rotation_vector
+from pft_exec.exceptions import RecognitionError, UnknownMethodError, UnknownMotionError
+from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition.belief import Belief, LabelValues
+from pft_exec.recognition.phase_filter import PhaseFilter
+from pft_exec.recognition.scores import Sample, Scores
 
 METHODS = ("dong2012", "phase")
+
+
+class RecognitionMethod(Protocol):
+    """What every method of recognition can do."""
+
+    def update(self, sample: Sample) -> Scores:
+        """Take one sample."""
+
+    def scores(self) -> Scores:
+        """What the samples so far say."""
+
+    def replace(self, tubes: list[FlowTube]) -> None:
+        """Go on with other tubes of the same labels in the same order."""
+
+
+class OnlineRecognizer:
+    """Recognize a motion, sample by sample, among the flow tubes of the current scene.
+
+    Parameters
+    ----------
+    flow_tubes : {label: FlowTube} or iterable of FlowTube
+        Made for the current scene and start; all with an orientation, or none.
+    method : "phase" or "dong2012"
+        The forward filter over phase, or Algorithm 4 of [Dong2012]_.
+    prior : {label: weight} or None
+        How common each motion is; a label that is not named never comes. None: all alike.
+
+    Raises
+    ------
+    UnknownMethodError
+        If there is no such method.
+    UnknownMotionError
+        If the prior names a label that no tube has.
+    RecognitionError
+        If there is no tube, two share a label, some have an orientation and others none, or the prior is not one.
+    """
+
+    def __init__(
+        self,
+        flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube],
+        method: str = "phase",
+        prior: Mapping[str, float] | None = None,
+    ) -> None:
+        if method not in METHODS:
+            raise UnknownMethodError("recognition method", method, METHODS)
+        tubes = _labeled(flow_tubes)
+        self.method = method
+        self.labels = tuple(tubes)
+        self._index = {label: place for place, label in enumerate(self.labels)}
+        self._log_prior = _log_prior(self.labels, prior)
+        self._has_orientation = next(iter(tubes.values())).quaternion is not None
+        self._method: RecognitionMethod = _METHODS[method](list(tubes.values()))
+        self._first: float | None = None
+        self._last = -np.inf
+        self._belief = self._compute_belief(self._method.scores(), 0.0)
+
+    def update(
+        self,
+        time: float,
+        position: ArrayLike,
+        quaternion: ArrayLike | None = None,
+        continuous: Mapping[str, float] | None = None,
+        discrete: Mapping[str, int] | None = None,
+    ) -> Belief:
+        """Take one sample and return the belief after it.
+
+        Parameters
+        ----------
+        time : float, s
+            Any clock that goes forward.
+        position : (3,), m, world frame
+        quaternion : (4,), (x, y, z, w), or None
+            None leaves orientation out of this sample's evidence.
+        continuous, discrete : {name: value} or None
+            Those that all tubes have count.
+
+        Returns
+        -------
+        Belief
+            Unchanged but for `Belief.flagged` where the sample is late, repeated or not finite: it is left out.
+
+        Raises
+        ------
+        RecognitionError
+            If a shape is wrong.
+        """
+        point = _vector("position", position, 3)
+        turn = None if quaternion is None else _vector("quaternion", quaternion, 4)
+        flag = self._flag(float(time), point, turn, continuous)
+        if flag:
+            return replace(self._belief, flagged=flag)
+        self._first = float(time) if self._first is None else self._first
+        self._last = float(time)
+        if turn is not None:
+            turn = turn / np.sqrt(turn @ turn)
+        elapsed = self._last - self._first
+        scores = self._method.update(Sample(elapsed, point, turn, continuous, discrete))
+        self._belief = self._compute_belief(scores, elapsed)
+        return self._belief
+
+    def replace(self, flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube]) -> None:
+        """Go on with other tubes of the same labels (an object moved); phase and evidence are kept.
+
+        Raises
+        ------
+        RecognitionError
+            If the labels are others, or some tubes have an orientation and others none.
+        """
+        tubes = _labeled(flow_tubes)
+        if set(tubes) != set(self.labels):
+            raise RecognitionError(f"the new tubes must have the labels {sorted(self.labels)}; got {sorted(tubes)}.")
+        if (tubes[self.labels[0]].quaternion is not None) != self._has_orientation:
+            raise RecognitionError("the new tubes must have an orientation where the old ones have, and only there.")
+        self._method.replace([tubes[label] for label in self.labels])
+
+    def _flag(self, time: float, position: Array, turn: Array | None, signals: Mapping[str, float] | None) -> str:
+        total = time + position.sum() + (0.0 if turn is None else turn.sum())
+        if not np.isfinite(total) or (turn is not None and not turn.any()):
+            return "not finite"
+        if signals and not all(np.isfinite(float(value)) for value in signals.values()):
+            return "not finite"
+        if time <= self._last:
+            return "repeated" if time == self._last else "late"
+        return ""
+
+    def _compute_belief(self, scores: Scores, time: float) -> Belief:
+        score = scores.log_likelihood + self._log_prior
+        best = int(score.argmax())
+        weight = np.exp(score - score[best])
+        probability = weight / weight.sum()
+        return Belief(
+            label=self.labels[best],
+            probability=LabelValues(self._index, probability),
+            unknown=float(probability @ scores.strangeness),
+            log_likelihood=LabelValues(self._index, scores.log_likelihood),
+            phase=LabelValues(self._index, scores.phase),
+            time_to_completion=LabelValues(self._index, scores.time_to_completion),
+            time=time,
+        )
+
+
+_METHODS = {"phase": PhaseFilter, "dong2012": PhaseFilter}
 
 
 def _labeled(flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube]) -> dict[str, FlowTube]:
@@ -24,101 +169,26 @@ def _labeled(flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube]) -> dict[st
     if len(labeled) < len(tubes):
         raise RecognitionError("each flow tube must have a label of its own.")
     if len({tube.quaternion is None for tube in tubes}) > 1:
-        raise RecognitionError("either all flow tubes have an orientation or none has; got both kinds.")
+        without = sorted(tube.label for tube in tubes if tube.quaternion is None)
+        raise RecognitionError(f"either all flow tubes have an orientation or none; {', '.join(without)} have none.")
     return labeled
 
 
-class OnlineRecognizer:
-    """Recognize a motion sample by sample among flow tubes of the current scene."""
+def _log_prior(labels: tuple[str, ...], prior: Mapping[str, float] | None) -> Array:
+    if prior is None:
+        return np.zeros(len(labels))
+    for name in prior:
+        if name not in labels:
+            raise UnknownMotionError("motion", name, labels)
+    weight = np.array([float(prior.get(label, 0.0)) for label in labels])
+    if not np.isfinite(weight).all() or (weight < 0.0).any() or weight.sum() <= 0.0:
+        raise RecognitionError(f"a prior must have non-negative weights that do not sum to zero; got {dict(prior)}.")
+    log_prior: Array = np.log(np.maximum(weight / weight.sum(), 1e-300))
+    return log_prior
 
-    def __init__(
-        self,
-        flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube],
-        method: str = "phase",
-        prior: Mapping[str, float] | None = None,
-    ) -> None:
-        if method not in METHODS:
-            raise UnknownMethodError("recognition method", method, METHODS)
-        self.method = method
-        self._tubes = _labeled(flow_tubes)
-        self.labels = tuple(self._tubes)
-        self._index = {label: place for place, label in enumerate(self.labels)}
-        weight = np.array([1.0 if prior is None else float(prior.get(label, 0.0)) for label in self.labels])
-        self._log_prior = np.log(np.maximum(weight / weight.sum(), 1e-300))
-        self._filters = [np.full(len(tube), -np.inf) for tube in self._tubes.values()]
-        for filtered in self._filters:
-            filtered[0] = 0.0
-        self._evidence = np.zeros(len(self.labels))
-        self._first: float | None = None
-        self._last = -np.inf
-        self._belief = self._compute_belief(0.0)
 
-    def update(
-        self,
-        time: float,
-        position: ArrayLike,
-        quaternion: ArrayLike | None = None,
-        continuous: Mapping[str, float] | None = None,
-        discrete: Mapping[str, int] | None = None,
-    ) -> Belief:
-        """Take one sample (s; (3,) m; (4,) x y z w; both world frame) and return the belief after it."""
-        del continuous, discrete
-        position = np.asarray(position, dtype=float)
-        if position.shape != (3,):
-            raise RecognitionError(f"position must have shape (3,); got {position.shape}.")
-        pose = None if quaternion is None else np.asarray(quaternion, dtype=float)
-        if not (np.isfinite(time) and np.isfinite(position).all() and (pose is None or np.isfinite(pose).all())):
-            return replace(self._belief, flagged="not finite")
-        if time <= self._last:
-            return replace(self._belief, flagged="repeated" if time == self._last else "late")
-        self._first = time if self._first is None else self._first
-        elapsed = 0.0 if self._last == -np.inf else time - self._last
-        self._last = time
-        for place, tube in enumerate(self._tubes.values()):
-            self._advance(place, tube, elapsed, position, pose)
-        self._belief = self._compute_belief(float(time - self._first))
-        return self._belief
-
-    def replace(self, flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube]) -> None:
-        """Go on with other tubes of the same labels (an object moved); the phase is kept."""
-        self._tubes = {label: _labeled(flow_tubes)[label] for label in self.labels}
-
-    def _advance(self, place: int, tube: FlowTube, elapsed: float, position: Array, pose: Array | None) -> None:
-        rate = elapsed / max(tube.duration, 1e-9) * (len(tube) - 1)
-        reach = int(np.ceil(2.0 * rate)) + 1
-        before = np.exp(self._filters[place])
-        if elapsed > 0.0:
-            weights = np.exp(-0.5 * ((np.arange(reach + 1) - rate) / max(0.5 * rate, 0.5)) ** 2)
-            before = np.convolve(before, weights / weights.sum())[: len(tube)]
-        difference = position - tube.position
-        if pose is not None and tube.quaternion is not None:
-            difference = np.hstack([difference, relative_rotation_vector(tube.quaternion, pose)])
-        size = difference.shape[1]
-        distance = np.einsum("ni,nij,nj->n", difference, tube.precision[:, :size, :size], difference)
-        weight = 10.0 * max(elapsed, 1e-3) / max(tube.duration, 1e-9)
-        score = weight * (tube.log_normalizer - 3.5 * np.log1p(distance / 4.0))
-        with np.errstate(divide="ignore"):
-            joint = np.log(before) + score
-        top = joint.max()
-        total = top + np.log(np.exp(joint - top).sum()) if np.isfinite(top) else -1e3
-        self._evidence[place] += total
-        if np.isfinite(top):
-            self._filters[place] = joint - total
-
-    def _compute_belief(self, time: float) -> Belief:
-        score = self._evidence + self._log_prior
-        weight = np.exp(score - score.max())
-        phase = np.array([
-            float(np.exp(filtered) @ tube.phase)
-            for filtered, tube in zip(self._filters, self._tubes.values(), strict=True)
-        ])  # fmt: skip
-        remaining = (1.0 - phase) * np.array([tube.duration for tube in self._tubes.values()])
-        return Belief(
-            label=self.labels[int(np.argmax(score))],
-            probability=LabelValues(self._index, weight / weight.sum()),
-            unknown=0.0,
-            log_likelihood=LabelValues(self._index, self._evidence.copy()),
-            phase=LabelValues(self._index, np.clip(phase, 0.0, 1.0)),
-            time_to_completion=LabelValues(self._index, remaining),
-            time=time,
-        )
+def _vector(name: str, values: ArrayLike, size: int) -> Array:
+    array = np.array(values, dtype=float)
+    if array.shape != (size,):
+        raise RecognitionError(f"{name} must have shape ({size},); got {array.shape}.")
+    return array

@@ -1,0 +1,130 @@
+"""What the demonstrations behind a tube say: residuals of position, direction and orientation at each step.
+
+In the flow: `FlowTube.aligned` is read through the motion's clock; `emission` makes densities of it, `timing` the
+probabilities of the next step. A tube made from plain arrays stands for a few demonstrations spread as its covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pft_exec.geometry import Array, conjugate, multiply
+from pft_exec.learning.flow_tube import FlowTube
+from pft_exec.recognition.motion_clock import ClockScales, read_path
+from pft_exec.recognition.settings import PhaseSettings
+
+PLAIN_COUNT = 5  # demonstrations that a tube from plain arrays stands for, where it does not say
+PLAIN_DIRECTION = 0.2  # rad, standard deviation of its direction of motion
+_TINY_EXTENT = 1e-9  # m
+_LEAST_ROTATION = 0.2  # rad: motions that turn less have no rotation extent of their own
+
+
+@dataclass(frozen=True, eq=False)
+class TubeEvidence:
+    """One tube's evidence; K demonstrations, N steps.
+
+    Parameters
+    ----------
+    count : int
+        K, or what stands for it.
+    clock : (N,), s
+        Mean time on the motion's clock at each step.
+    clocks : (K, N), s
+        That of each demonstration; (0, N) where there is none.
+    position, direction, rotation : (K, N, 3)
+        Residuals from the mean: m, weighted unit direction, and twice the vector part of ``mean^-1 * sample``;
+        zero demonstrations where there is none, and a scatter of its own.
+    mean_direction : (N, 3)
+    scatter : (3, N, 3, 3)
+        Sums of outer products of the three.
+    """
+
+    count: int
+    clock: Array
+    clocks: Array
+    position: Array
+    direction: Array
+    rotation: Array
+    mean_direction: Array
+    scatter: Array
+
+
+def measure_scales(tubes: Sequence[FlowTube], signals: Sequence[str]) -> ClockScales:
+    """Medians over the library that movement is measured by."""
+    extents = [float(np.linalg.norm(np.ptp(tube.position, axis=0))) for tube in tubes]
+    extent = max(float(np.median(extents)), _TINY_EXTENT)
+    turns = [0.0 if t.quaternion is None else 2.0 * float(np.linalg.norm(np.ptp(t.quaternion, axis=0))) for t in tubes]
+    rotation = max(float(np.median(turns)), _LEAST_ROTATION)
+    ranges = {}
+    for name in signals:
+        values = np.concatenate([tube.continuous[name] for tube in tubes])
+        spread = max(float(np.ptp(values)), max(float(t.continuous_deviation[name].max()) for t in tubes))
+        if spread > 0.0:
+            ranges[name] = spread
+    duration = max(float(np.median([tube.duration for tube in tubes])), 1e-6)
+    scales = ClockScales(extent, rotation, ranges, duration, 1.0)
+    lengths = [
+        float(np.linalg.norm(np.diff(_points(scales, tube), axis=0), axis=1).sum()) / max(tube.duration, 1e-6)
+        for tube in tubes
+    ]
+    return ClockScales(extent, rotation, ranges, duration, max(float(np.median(lengths)), 1e-6))
+
+
+def _points(scales: ClockScales, tube: FlowTube) -> Array:
+    return scales.points(tube.position, tube.quaternion, dict(tube.continuous))
+
+
+def clock_constants(scales: ClockScales, settings: PhaseSettings) -> Array:
+    """Leash, slowest full-pace speed, slowest pace, window (s) and softness (m) of the motion's clock."""
+    return np.array(
+        [
+            settings.leash,
+            settings.standing * scales.speed,
+            settings.standing_clock,
+            settings.window * scales.duration,
+            settings.direction_softness * scales.extent,
+        ]
+    )
+
+
+def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings) -> TubeEvidence:
+    """Read one tube through the motion's clock."""
+    constants = clock_constants(scales, settings)
+    weight = settings.direction_weight * scales.extent
+    if tube.aligned is None:
+        return _plain(tube, scales, constants, weight)
+    aligned = tube.aligned
+    count, steps = aligned.time.shape
+    clocks, directions = np.empty((count, steps)), np.empty((count, steps, 3))
+    for k in range(count):
+        turn = None if aligned.quaternion is None else aligned.quaternion[k]
+        points = scales.points(aligned.position[k], turn, dict(tube.continuous))
+        clocks[k], directions[k] = read_path(aligned.time[k], aligned.position[k], points, constants)
+    directions *= weight
+    rotation = np.zeros((count, steps, 3))
+    if aligned.quaternion is not None and tube.quaternion is not None:
+        difference = multiply(conjugate(tube.quaternion), aligned.quaternion)
+        rotation = 2.0 * difference[..., :3] * np.where(difference[..., 3:] < 0.0, -1.0, 1.0)
+        rotation = rotation - rotation.mean(axis=0)
+    position = aligned.position - aligned.position.mean(axis=0)
+    mean_direction = directions.mean(axis=0)
+    direction = directions - mean_direction
+    scatter = np.stack([np.einsum("kni,knj->nij", r, r) for r in (position, direction, rotation)])
+    return TubeEvidence(count, clocks.mean(axis=0), clocks, position, direction, rotation, mean_direction, scatter)
+
+
+def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float) -> TubeEvidence:
+    clock, direction = read_path(tube.time, tube.position, _points(scales, tube), constants)
+    count, steps = tube.count or PLAIN_COUNT, len(tube)
+    scatter = np.zeros((3, steps, 3, 3))
+    scatter[0] = tube.covariance[:, :3, :3]
+    scatter[1] = np.eye(3) * (PLAIN_DIRECTION * weight) ** 2
+    if tube.quaternion is not None:
+        scatter[2] = tube.covariance[:, 3:, 3:]
+    none = np.zeros((0, steps, 3))
+    return TubeEvidence(
+        count, clock, np.zeros((0, steps)), none, none, none, direction * weight, scatter * max(count - 1, 1)
+    )

@@ -1,0 +1,165 @@
+"""The motion's clock and direction: time that slows while the tool stands, and where it has been heading.
+
+In the flow: both the demonstrations behind a tube and the stream of samples are read through this clock, so that a
+pause, an idle start or a break costs a motion nothing. The direction is that of the displacement over the last short
+while of the same clock: a hand that pauses keeps it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from pft_exec.geometry import Array
+
+RING = 17  # remembered places: the window and a little more, in eighths of it
+_CLOCK, _TIME, _HEAD, _COUNT, _PUSHED = range(5)
+
+
+@njit(cache=True, error_model="numpy")
+def _seek(clock, ring, scalars, wanted, position, before):  # type: ignore[no-untyped-def]
+    """Place at which the clock showed `wanted`, between remembered places, into `before`."""
+    count, head = int(scalars[_COUNT]), int(scalars[_HEAD])
+    later_clock = clock
+    later = position
+    for back in range(count):
+        slot = (head - 1 - back) % RING
+        if ring[slot, 0] <= wanted or back == count - 1:
+            span = later_clock - ring[slot, 0]
+            ratio = (wanted - ring[slot, 0]) / span if span > 1e-12 else 0.0
+            ratio = min(max(ratio, 0.0), 1.0)
+            for a in range(3):
+                before[a] = ring[slot, 1 + a] + ratio * (later[a] - ring[slot, 1 + a])
+            return
+        later_clock = ring[slot, 0]
+        later = ring[slot, 1:]
+    before[:] = position
+
+
+@njit(cache=True, error_model="numpy")
+def _moved(anchor, point, leash):  # type: ignore[no-untyped-def]
+    """Length by which a point drags an anchor that follows it on a leash."""
+    square = 0.0
+    for a in range(len(anchor)):
+        square += (point[a] - anchor[a]) ** 2
+    distance = np.sqrt(square)
+    if distance <= leash:
+        return 0.0
+    for a in range(len(anchor)):
+        anchor[a] = point[a] - (point[a] - anchor[a]) * (leash / distance)
+    return distance - leash
+
+
+@njit(cache=True, error_model="numpy")
+def advance_clock(scalars, ring, anchor, direction, time, position, point, constants):  # type: ignore[no-untyped-def]
+    """Take one sample; return by how much the clock went on, and write the direction (3,)."""
+    leash, slow, slowest, window, softness = constants
+    before = np.empty(3)
+    elapsed = 0.0
+    if scalars[_COUNT] == 0.0:
+        anchor[:] = point
+        before[:] = position
+    else:
+        passed = time - scalars[_TIME]
+        elapsed = max(min(passed, _moved(anchor, point, leash) / slow), slowest * passed)
+        scalars[_CLOCK] += elapsed
+        _seek(scalars[_CLOCK], ring, scalars, scalars[_CLOCK] - window, position, before)
+    scalars[_TIME] = time
+    if scalars[_COUNT] == 0.0 or scalars[_CLOCK] - scalars[_PUSHED] >= 0.125 * window:
+        head = int(scalars[_HEAD])
+        ring[head, 0] = scalars[_CLOCK]
+        ring[head, 1:] = position
+        scalars[_PUSHED] = scalars[_CLOCK]
+        scalars[_HEAD] = (head + 1) % RING
+        scalars[_COUNT] = min(scalars[_COUNT] + 1.0, RING)
+    square = 0.0
+    for a in range(3):
+        direction[a] = position[a] - before[a]
+        square += direction[a] ** 2
+    length = np.sqrt(square) + softness
+    for a in range(3):
+        direction[a] /= length
+    return elapsed
+
+
+@njit(cache=True, error_model="numpy")
+def _read(time, position, point, constants):  # type: ignore[no-untyped-def]
+    count = len(time)
+    scalars, ring, anchor = np.zeros(5), np.zeros((RING, 4)), np.zeros(point.shape[1])
+    clock, directions, direction = np.zeros(count), np.zeros((count, 3)), np.zeros(3)
+    for n in range(count):
+        advance_clock(scalars, ring, anchor, direction, time[n], position[n], point[n], constants)
+        clock[n] = scalars[_CLOCK]
+        directions[n] = direction
+    return clock, directions
+
+
+@dataclass(frozen=True)
+class ClockScales:
+    """What the clock measures movement by; one set for the library.
+
+    Parameters
+    ----------
+    extent, rotation : float, m and rad
+        Median extents of the motions.
+    signals : {name: float}
+        Pooled ranges of the continuous signals.
+    duration : float, s
+        Median duration.
+    speed : float, 1/s
+        Median of the mean speeds, in extents a second.
+    """
+
+    extent: float
+    rotation: float
+    signals: dict[str, float]
+    duration: float
+    speed: float
+
+    def points(self, position: Array, quaternion: Array | None, signals: dict[str, Array]) -> Array:
+        """Rows (N, 7 + signals): position, orientation and signals, each in its own extent."""
+        count = len(position)
+        turn = np.zeros((count, 4)) if quaternion is None else 2.0 * quaternion / self.rotation
+        columns = [
+            signals[name] / scale if name in signals else np.zeros(count) for name, scale in self.signals.items()
+        ]
+        return np.ascontiguousarray(np.hstack([position / self.extent, turn, *(c[:, None] for c in columns)]))
+
+
+def read_path(time: Array, position: Array, points: Array, constants: Array) -> tuple[Array, Array]:
+    """Clock (N,), s, and unit direction of motion (N, 3) along a path that was recorded at `time` (N,)."""
+    clock, direction = _read(time, np.ascontiguousarray(position), points, constants)
+    return clock, direction
+
+
+class MotionClock:
+    """The clock of a stream of samples; memory is constant.
+
+    Parameters
+    ----------
+    constants : (5,)
+        Leash, slowest full-pace speed, slowest pace, window (s), softness (m).
+    size : int
+        Components of a point.
+    """
+
+    def __init__(self, constants: Array, size: int) -> None:
+        self._constants = constants
+        self._scalars = np.zeros(5)
+        self._ring = np.zeros((RING, 4))
+        self._anchor = np.zeros(size)
+        self.direction: Array = np.zeros(3)
+
+    @property
+    def clock(self) -> float:
+        """Time on the motion's clock, s."""
+        return float(self._scalars[_CLOCK])
+
+    def advance(self, time: float, position: Array, point: Array) -> float:
+        """Take one sample; by how much the clock went on, s. `direction` is that after it."""
+        elapsed = advance_clock(
+            self._scalars, self._ring, self._anchor, self.direction, time, position, point, self._constants
+        )
+        return float(elapsed)

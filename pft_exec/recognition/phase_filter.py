@@ -1,0 +1,155 @@
+"""The forward filter over the phase of every tube: ``method="phase"``.
+
+In the flow: holds what changes with each sample. State: for each tube a distribution over (pace, phase); for the stream
+the motion's clock and the last direction. Time and memory of a sample do not grow with elapsed time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pft_exec.geometry import Array
+from pft_exec.learning.flow_tube import FlowTube
+from pft_exec.recognition.motion_clock import MotionClock
+from pft_exec.recognition.phase_kernel import filter_sample
+from pft_exec.recognition.phase_model import PhaseModel, build_phase_model
+from pft_exec.recognition.scores import Sample, Scores
+from pft_exec.recognition.settings import DEFAULT_SETTINGS, PhaseSettings
+
+_PACE_HELD = 0.3  # of a motion, at the tube's own pace, that a person's pace is estimated from besides what was seen
+
+
+class PhaseFilter:
+    """Filter samples through the tubes of a library."""
+
+    def __init__(self, tubes: Sequence[FlowTube], settings: PhaseSettings = DEFAULT_SETTINGS) -> None:
+        self._settings = settings
+        self._begin(build_phase_model(tubes, settings))
+        self._warm_up()
+        self._begin(self.model)
+
+    def _begin(self, model: PhaseModel) -> None:
+        self._adopt(model)
+        self._clock = MotionClock(model.constants, 7 + len(model.scales.signals))
+        self._evidence = np.zeros(len(model.tube))
+        self._distance = np.zeros(len(model.labels))
+        self._weight = 0.0
+        self._state[:, model.offset] = model.prior[:, None]
+
+    def _adopt(self, model: PhaseModel) -> None:
+        """Make room for a model's states; nothing is in them yet."""
+        steps, rates, components = len(model.left), len(model.prior), len(model.tube)
+        self.model = model
+        self._state = np.zeros((rates, steps))
+        self._spare = np.zeros((rates, int(model.length.max()) + 8))
+        self._square, self._score, self._zeros = np.zeros(steps), np.zeros(steps), np.zeros(steps)
+        self._pending = np.zeros(components)
+        self._low, self._high = np.zeros(components, np.int64), np.zeros(components, np.int64)
+        self._out = np.zeros((4, components))
+        self._log_scales: dict[tuple[bool, bytes], Array] = {}
+        self._quaternion = np.zeros(4)
+        self._sample = np.zeros(10)
+
+    def _warm_up(self) -> None:
+        """Compile and load everything, so that the first sample of a person takes no longer than the others."""
+        position = np.ascontiguousarray(self.model.mean[:3, 0])
+        turn = np.array([0.0, 0.0, 0.0, 1.0]) if self.model.has_orientation else None
+        for time in (0.0, 0.5 * float(self.model.tick.min()), 4.0 * float(self.model.tick.max())):
+            self.update(Sample(time, position, turn, None, None))
+
+    def update(self, sample: Sample) -> Scores:
+        """Take one sample."""
+        model = self.model
+        signals, heard = model.signals.read(sample.continuous)
+        turned = sample.quaternion is not None and model.has_orientation
+        elapsed = self._clock.advance(sample.time, sample.position, self._point(sample))
+        weight = min(model.evidence_rate * elapsed, 1.0) if self._weight > 0.0 else model.first_weight
+        self._weight += weight
+        said = model.signals.log_discrete(sample.discrete, self._zeros)
+        row = self._sample
+        row[:3], row[3:6] = sample.position, model.direction_weight * self._clock.direction
+        row[6:] = self._quaternion if turned else 0.0
+        filter_sample(
+            model.offset, model.length, model.mean, model.white, model.turned, model.left,
+            model.signals.mean, model.signals.scale, model.steps, model.prior, model.switch, model.idle, model.tick,
+            row, signals, heard, self._log_scale(turned, heard), said,
+            model.size(turned, heard), model.freedom, elapsed, weight,
+            self._state, self._spare, self._square, self._score, self._pending, self._low, self._high, self._out,
+        )  # fmt: skip
+        self._evidence += self._out[0]
+        self._distance += weight * self._out[3, : len(model.labels)] / model.size(turned, heard)
+        return self.scores()
+
+    def _point(self, sample: Sample) -> Array:
+        scales = self.model.scales
+        point = np.zeros(7 + len(scales.signals))
+        point[:3] = sample.position / scales.extent
+        if sample.quaternion is not None:
+            turn = sample.quaternion
+            self._quaternion = -turn if turn @ self._quaternion < 0.0 else turn
+        point[3:7] = self._quaternion * (2.0 / scales.rotation)
+        for place, (name, scale) in enumerate(scales.signals.items()):
+            if sample.continuous is not None and name in sample.continuous:
+                point[7 + place] = sample.continuous[name] / scale
+        return point
+
+    def _log_scale(self, turned: bool, heard: NDArray[np.bool_]) -> Array:
+        key = (turned, heard.tobytes())
+        if key not in self._log_scales:
+            self._log_scales[key] = self.model.log_scale(turned, heard)
+        return self._log_scales[key]
+
+    def scores(self) -> Scores:
+        """What the samples so far say."""
+        model, count = self.model, len(self.model.labels)
+        likelihood = self._evidence[:count].copy()
+        if len(self._evidence) > count:
+            likelihood = 0.5 * likelihood + 0.5 * self._mixture()
+        phase = np.clip(self._out[1, :count], 0.0, 1.0)
+        return Scores(
+            likelihood,
+            phase,
+            self._out[2, :count] / self._pace(phase),
+            model.strangeness.probability(self._distance, self._weight),
+        )
+
+    def _mixture(self) -> Array:
+        """(M,): log of the mean likelihood over the demonstrations of each tube."""
+        count = len(self.model.labels)
+        owner, values = self.model.tube[count:], self._evidence[count:]
+        top = np.full(count, -np.inf)
+        np.maximum.at(top, owner, values)
+        total = np.bincount(owner, np.exp(values - top[owner]), count)
+        mixture: Array = top + np.log(total / np.bincount(owner, minlength=count))
+        return mixture
+
+    def _pace(self, phase: Array) -> Array:
+        """(M,): how fast the person is beside each tube, held to 1 at first."""
+        ends = self.model.tick[: len(phase)] * (self.model.length[: len(phase)] - 1)
+        place = self.model.offset[: len(phase)] + np.rint(phase * (self.model.length[: len(phase)] - 1)).astype(
+            np.int64
+        )
+        held = _PACE_HELD * ends
+        pace: Array = (self.model.clock[place] + held) / (self._clock.clock + held)
+        return pace
+
+    def replace(self, tubes: Sequence[FlowTube]) -> None:
+        """Go on with other tubes; each filter keeps its distribution over pace and phase, and its evidence."""
+        before, state, low, high = self.model, self._state, self._low, self._high
+        evidence, pending = self._evidence, self._pending
+        self._adopt(build_phase_model(tubes, self._settings))
+        self._evidence = np.zeros(len(self.model.tube))
+        for j, (m, first, length) in enumerate(zip(self.model.tube, self.model.offset, self.model.length, strict=True)):
+            source = j if len(before.tube) == len(self.model.tube) else int(m)
+            old = state[:, before.offset[source] : before.offset[source] + before.length[source]]
+            new = self._state[:, first : first + length]
+            places = np.rint(np.linspace(0.0, length - 1, old.shape[1])).astype(int)
+            for r in range(len(new)):
+                new[r] = np.bincount(places, old[r], int(length))
+            self._low[j], self._high[j] = places[low[source]], places[high[source]]
+            self._pending[j], self._evidence[j] = pending[source], evidence[source]
+            self._out[1, j] = np.arange(length) @ new.sum(axis=0) / max(int(length) - 1, 1)
+            self._out[2, j] = self.model.left[first : first + length] @ new.sum(axis=0)

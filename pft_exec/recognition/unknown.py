@@ -1,0 +1,94 @@
+"""The unknown motion: how strange a stream looks beside what each motion's own demonstrations look like.
+
+In the flow: built with the phase filter. The largest posterior says nothing about motions outside the library; the mean
+squared Mahalanobis distance along the filter's phase does, once divided by the motion's own leave-one-out value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pft_exec.geometry import Array
+from pft_exec.recognition.emission import Mask, Prior, covariances, whitened
+from pft_exec.recognition.evidence import TubeEvidence
+from pft_exec.recognition.settings import PhaseSettings
+
+_POOLED = 2.0  # demonstrations that the library's mean counts for in a motion's own value
+_LEAST_DEVIATION = 0.25  # of the logarithm of a known motion's strangeness
+_MARGIN = 3.0  # of those deviations from a usual motion to the threshold
+_STEEPNESS = 0.5  # of them, over which known turns to unknown
+_HELD = 1.0  # independent observations of a usual motion that each stream begins with
+
+
+@dataclass(frozen=True, eq=False)
+class Strangeness:
+    """What is usual: reference (M,) mean squared distances an axis, and the threshold of their ratio.
+
+    Parameters
+    ----------
+    reference : (M,)
+    log_threshold, log_width : float
+        Of the logarithm of the ratio.
+    """
+
+    reference: Array
+    log_threshold: float
+    log_width: float
+
+    def probability(self, distance: Array, weight: float) -> Array:
+        """(M,): probability that the stream is none of the library, were it nearest to each motion.
+
+        Parameters
+        ----------
+        distance : (M,)
+            Weighted sum of squared distances an axis along the filter's phase.
+        weight : float
+            Sum of the weights, in independent observations.
+        """
+        ratio = (distance / self.reference + _HELD) / (weight + _HELD)
+        result: Array = 1.0 / (1.0 + np.exp(-(np.log(ratio) - self.log_threshold) / self.log_width))
+        return result
+
+
+def left_out_distances(evidence: TubeEvidence, variance: Array, kept: Mask, strength: float) -> Array:
+    """(K,): mean squared Mahalanobis distance an axis of each demonstration from the others of its motion."""
+    count = len(evidence.position)
+    if count < 2:
+        return np.zeros(0)
+    residuals = np.stack([evidence.position, evidence.direction, evidence.rotation]) * (count / (count - 1.0))
+    distances = np.empty(count)
+    for k in range(count):
+        left = residuals[:, k]
+        without = evidence.scatter - left[..., :, None] * left[..., None, :] * ((count - 1.0) / count)
+        white, _ = whitened(covariances(without, count - 1, variance, kept, strength), kept)
+        distances[k] = _square(white, left).mean() / kept.sum()
+    return distances
+
+
+def _square(white: Array, residual: Array) -> Array:
+    """(N,): squared Mahalanobis distances of residuals (3, N, 3)."""
+    rows = white.reshape(3, 6, -1)
+    x, y, z = np.moveaxis(residual, -1, 0)
+    a = rows[:, 0] * x
+    b = rows[:, 1] * x + rows[:, 2] * y
+    c = rows[:, 3] * x + rows[:, 4] * y + rows[:, 5] * z
+    total: Array = (a**2 + b**2 + c**2).sum(axis=0)
+    return total
+
+
+def learn_strangeness(evidence: Sequence[TubeEvidence], prior: Prior, settings: PhaseSettings) -> Strangeness:
+    """What is usual for each motion, from its demonstrations left out in turn."""
+    own = [
+        left_out_distances(e, variance, prior.kept, settings.prior_strength)
+        for e, variance in zip(evidence, prior.variance, strict=True)
+    ]
+    logs = [np.log(np.maximum(values, 1e-6)) for values in own]
+    known = np.concatenate(logs) if any(len(v) for v in logs) else np.zeros(1)
+    pooled = float(known.mean())
+    reference = np.array([(values.sum() + _POOLED * pooled) / (len(values) + _POOLED) for values in logs])
+    spread = np.concatenate([values - center for values, center in zip(logs, reference, strict=True)] + [np.zeros(1)])
+    deviation = max(float(np.sqrt(np.mean(spread**2))), _LEAST_DEVIATION)
+    return Strangeness(np.exp(reference), _MARGIN * deviation, _STEEPNESS * deviation)
