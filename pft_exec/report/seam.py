@@ -79,14 +79,15 @@ def plot_run(log: ExecutionLog, path: str | Path) -> None:
 
 
 def plot_log(log: ExecutionLog, path: str | Path) -> None:
-    """Draw a run: around its handoff where it has one, else as a whole.
+    """Draw a run: around its handoff where a hand led first, else as a whole.
 
     Raises
     ------
     StorageError
         If the picture cannot be written.
     """
-    (plot_seam if (log.stage == Stage.TRANSITION).any() else plot_run)(log, path)
+    stages = set(log.stage.tolist())
+    (plot_seam if {Stage.GUIDED, Stage.TRANSITION} <= stages else plot_run)(log, path)
 
 
 def _around_handoff(log: ExecutionLog) -> slice:

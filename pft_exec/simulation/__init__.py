@@ -4,6 +4,7 @@ Teaching, execution and assistance happen here. The only importer of PyBullet; i
 outside are poses with quaternions (x, y, z, w), world frame, and arrays in the order of an arm's joints.
 """
 
+from pft_exec.simulation import banner  # noqa: F401 - first, before PyBullet is imported elsewhere
 from pft_exec.simulation.camera import VIEWS, Camera, View
 from pft_exec.simulation.hand import HandGrip, HandGuide, RecordedPath, ToolPath
 from pft_exec.simulation.placement import check_reach, default_arm, nominal_start, task_for

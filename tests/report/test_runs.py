@@ -32,7 +32,7 @@ def test_a_run_with_a_handoff_is_drawn_around_it_and_one_without_as_a_whole(log:
     plot_log(log, tmp_path / "with.png")
     plot_seam(log, tmp_path / "seam.png")
     assert (tmp_path / "with.png").read_bytes() == (tmp_path / "seam.png").read_bytes()
-    alone = replace(log, stage=np.full(len(log), Stage.GUIDED))
+    alone = replace(log, stage=np.maximum(log.stage, Stage.TRANSITION))
     plot_log(alone, tmp_path / "without.png")
     plot_run(alone, tmp_path / "run.png")
     assert (tmp_path / "without.png").read_bytes() == (tmp_path / "run.png").read_bytes()
