@@ -135,6 +135,7 @@ class Hand:
         self.plan = plan
         self.guide = guide or HandGuide(plan, step=world.physics_step)
         self._world = world
+        self._felt = -1.0, np.zeros(6)
 
     @property
     def duration(self) -> float:
@@ -146,10 +147,16 @@ class Hand:
         """Where the motion should end, if done without error, world frame."""
         return self.plan.goal
 
+    def share(self, time: float) -> float:
+        """Share of the motion, rests apart, that the hand has made by a time, s: 0 to 1."""
+        return float(np.clip((time - self.plan.rest_before) / self.plan.path.duration, 0.0, 1.0))
+
     def pull(self, time: float) -> Array:
         """Force, N, and torque, N m, (6,), on the tool now, world frame; time in s since the path began."""
-        force, torque = self.guide.wrench(time, *self._world.tool_motion(self.plan.arm))
-        return np.concatenate([force, torque])
+        if time != self._felt[0]:  # the loop asks twice a period: to log, and to act
+            force, torque = self.guide.wrench(time, *self._world.tool_motion(self.plan.arm))
+            self._felt = time, np.concatenate([force, torque])
+        return self._felt[1]
 
 
 def lead_motion(
