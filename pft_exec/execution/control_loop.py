@@ -13,7 +13,7 @@ import numpy as np
 
 from pft_exec.control import Command
 from pft_exec.execution.log import LogRecorder, Stage
-from pft_exec.geometry import Array
+from pft_exec.geometry import Array, Pose
 from pft_exec.simulation import Push, World
 
 Pull = Callable[[float], Array]
@@ -81,10 +81,12 @@ class ControlLoop:
         pull : callable or None
             The hand, if it holds the tool.
         """
-        self._log_row(command, stage, tick, pull)
+        state, tool = self.sense(), self.world.tool(self.name)
         self.world.command(self.name, command.torque)
-        for _ in range(self.world.steps_per_period):
+        for step in range(self.world.steps_per_period):
             force, torque = self._outside(pull)
+            if step == 0:
+                self._log_row(command, stage, tick, state, tool, force)
             if force.any() or torque.any():
                 self.world.push(self.name, force, torque)
             self.world.step()
@@ -100,13 +102,13 @@ class ControlLoop:
             force += push.force_at(time)
         return force, wrench[3:]
 
-    def _log_row(self, command: Command, stage: Stage, tick: float, pull: Pull | None) -> None:
-        q, v = self.sense()
-        tool = self.world.tool(self.name)
+    def _log_row(
+        self, command: Command, stage: Stage, tick: float, state: tuple[Array, Array], tool: Pose, force: Array
+    ) -> None:
         self.log.add(
             time=self.time,
-            configuration=q,
-            velocity=v,
+            configuration=state[0],
+            velocity=state[1],
             torque=command.torque,
             position=tool.position,
             quaternion=tool.quaternion,
@@ -115,6 +117,6 @@ class ControlLoop:
             reference_velocity=command.velocity,
             reference_acceleration=command.reference_acceleration,
             stage=stage,
-            hand_force=float(np.linalg.norm(self._outside(pull)[0])),
+            hand_force=float(np.linalg.norm(force)),
             tick=tick,
         )
