@@ -5,12 +5,15 @@ In the flow: called once per motion by `pft_exec.learning.motion.learn_motion`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.special import fdtrc
 
 from pft_exec.demonstration import Demonstration
+from pft_exec.geometry import Array, geodesic_distance
+from pft_exec.learning.carrying import carried_objects
+from pft_exec.learning.directions import split_directions
 from pft_exec.learning.frames import (
     Candidate,
     object_names,
@@ -19,10 +22,16 @@ from pft_exec.learning.frames import (
     position_candidates,
     tool_poses,
 )
-from pft_exec.learning.relevance import TURN_EXTENT, Evidence, choose_frame, weigh_frames
-from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, EndDecision, FrameDecision, MotionVariables
+from pft_exec.learning.relevance import FLOOR, TURN_EXTENT, Evidence, choose_frame, weigh_frames
+from pft_exec.learning.signals import signal_ends
+from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, EndDecision, FrameDecision, MotionVariables
 
 NEAR = 0.4  # of the extent: an object the tool ended (started) closer to than this is what the motion is about
+TURNED = 0.02  # rad: an object that turned less from demonstration to demonstration always stood the same way
+LEVER = 3.0  # spreads: a level offset longer than this makes the axes it is meant in matter
+AXES_ODDS = 3.0  # how much likelier an object's own axes must be than the world's
+
+Overrules = Mapping[str, Sequence[str]]  # "end", "start", "end.orientation", ... -> names of frames
 
 
 def motion_extent(demonstrations: Sequence[Demonstration]) -> float:
@@ -32,10 +41,10 @@ def motion_extent(demonstrations: Sequence[Demonstration]) -> float:
 
 def _best(candidates: Sequence[Candidate], evidence: Evidence, name: str) -> Candidate:
     """The candidate of that name whose kind of axes explains more; the world's axes win a draw."""
-    rated = [(p, c) for p, c in zip(evidence.posterior, candidates, strict=False) if c.name == name]
+    rated = [(float(p), c) for p, c in zip(evidence.posterior, candidates, strict=False) if c.name == name]
     world = next(((p, c) for p, c in rated if c.axes == "world"), None)
-    best = max(rated, key=lambda pair: float(pair[0]))
-    return best[1] if world is None or best[0] > 3.0 * world[0] else world[1]
+    best = max(rated, key=lambda pair: pair[0])
+    return best[1] if world is None or best[0] > AXES_ODDS * world[0] else world[1]
 
 
 def _spreads(candidates: Sequence[Candidate]) -> dict[str, float]:
@@ -45,29 +54,39 @@ def _spreads(candidates: Sequence[Candidate]) -> dict[str, float]:
     return dict(sorted(spreads.items(), key=lambda item: item[1]))
 
 
-def _kinds(candidates: Sequence[Candidate], evidence: Evidence) -> dict[str, str]:
-    """Axes of each candidate: those that explain more."""
-    return {name: _best(candidates, evidence, name).axes for name in dict.fromkeys(c.name for c in candidates)}
-
-
-def _reason(name: str, rivals: tuple[str, ...], spreads: dict[str, float], unit: str) -> str:
+def _reason(
+    name: str, rivals: Sequence[str], spreads: Mapping[str, float], unit: str, directions: Sequence[str]
+) -> str:
     listed = ", ".join(f"{n} {s:.3g} {unit}" for n, s in spreads.items())
     words = "nothing holds it: every spread is wide" if name == NONE else f"{name} explains it best"
+    if directions:
+        words = "no single frame explains it: x, y, z are held by " + ", ".join(directions)
     if rivals:
         words += f"; the demonstrations do not tell it from {', '.join(r or 'none' for r in rivals)}"
     return f"{words} (spreads: {listed})"
 
 
-def decide(
-    candidates: Sequence[Candidate], evidence: Evidence, near: float, unit: str, forced: str | None
+def _decide(
+    candidates: Sequence[Candidate],
+    evidence: Evidence,
+    extent: float,
+    unit: str,
+    forced: Sequence[str] | None,
 ) -> FrameDecision:
-    """One decision, with its numbers; `forced` is the frame that the user named, or None."""
-    name, possible = choose_frame(evidence, near)
+    """One decision, with its numbers; `forced` are the frames that the user named, or None."""
+    name, possible = choose_frame(evidence, NEAR * extent if unit == "m" else 0.0)
     rivals = possible[1:]
     if forced is not None:
-        name, rivals = forced, ()
+        name, rivals = (forced[0] if forced else NONE), ()
     spreads = _spreads(candidates)
     chosen = _best(candidates, evidence, ABSOLUTE if name == NONE else name)
+    directions: tuple[str, ...] = ()
+    if forced is None and unit == "m":
+        directions = split_directions(chosen, candidates, extent, FLOOR * extent)
+    if directions:
+        name, rivals = max(set(directions), key=lambda n: (directions.count(n), n != ABSOLUTE, n)), ()
+        chosen = next(c for c in candidates if c.name == name and c.axes == "world")
+    relevant = tuple(dict.fromkeys((name, *directions, *(forced or ())))) if name != NONE else ()
     others = [s for n, s in spreads.items() if n != name]
     ratio = (min(others) / max(chosen.spread, 1e-12)) ** 2 if others and name != NONE else 1.0
     degrees = 3 * max(len(chosen.residual) - 1, 1)
@@ -81,46 +100,77 @@ def decide(
         variance_ratio=ratio,
         p_value=float(fdtrc(degrees, degrees, ratio)),
         ambiguous=bool(rivals),
-        reason=_reason(name, rivals, spreads, unit),
-        relevant=(name,) if name != NONE else (),
+        reason=_reason(name, rivals, spreads, unit, directions),
+        relevant=relevant,
+        rivals=tuple(r for r in rivals if r != NONE),
         overruled=forced is not None,
-        kinds=_kinds(candidates, evidence),
+        directions=directions,
+        kinds={n: _best(candidates, evidence, n).axes for n in dict.fromkeys(c.name for c in candidates)},
     )
 
 
-def _channel(
-    demonstrations: Sequence[Demonstration], channel: str, extent: float, forced: dict[str, str | None]
-) -> dict[str, FrameDecision]:
+def _with_turn(decision: FrameDecision, poses: Mapping[str, Array], candidates: Sequence[Candidate]) -> FrameDecision:
+    """The decision, its offset turning with an object that always stood the same way: then nobody can know."""
+    if decision.frame not in poses or decision.directions or decision.frame == START:
+        return decision
+    turns = poses[decision.frame][:, 3:]
+    level = float(np.linalg.norm(decision.offset[:2]))
+    if float(geodesic_distance(turns[:1], turns).max()) > TURNED or level <= LEVER * decision.spread:
+        return decision
+    own = next(c for c in candidates if c.name == decision.frame and c.axes == "object")
+    words = (
+        f"; {decision.frame} always stood the same way: whether the offset turns with it is not shown, it is taken to"
+    )
+    return decision.changed(
+        axes="object",
+        offset=own.offset,
+        ambiguous=not decision.overruled,
+        reason=decision.reason + words,
+        kinds={**decision.kinds, decision.frame: "object"},
+    )
+
+
+def _positions(
+    demonstrations: Sequence[Demonstration], poses: Mapping[str, Array], overrules: Overrules
+) -> list[FrameDecision]:
     starts, ends = tool_poses(demonstrations, 0), tool_poses(demonstrations, -1)
-    objects = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
-    if channel == "position":
-        turned = demonstrations[0].quaternion is not None
-        candidates = [
-            position_candidates(starts, None, objects, turned),
-            position_candidates(ends, starts, objects, turned),
-        ]
-        near, unit = NEAR * extent, "m"
-    else:
-        candidates = [orientation_candidates(starts, None, objects), orientation_candidates(ends, starts, objects)]
-        extent, near, unit = TURN_EXTENT, 0.0, "rad"
-    weighed = weigh_frames(candidates, extent)
-    return {end: decide(candidates[i], weighed[i], near, unit, forced.get(end)) for i, end in enumerate(ENDS)}
+    turned = demonstrations[0].quaternion is not None
+    extent = max(motion_extent(demonstrations), 1e-9)
+    candidates = [position_candidates(starts, None, poses, turned), position_candidates(ends, starts, poses, turned)]
+    evidence = weigh_frames(candidates, extent)
+    decisions = [
+        _decide(c, e, extent, "m", overrules.get(end)) for c, e, end in zip(candidates, evidence, ENDS, strict=True)
+    ]
+    return [_with_turn(d, poses, c) for d, c in zip(decisions, candidates, strict=True)]
 
 
-def find_variables(demonstrations: Sequence[Demonstration], forced: dict[str, str | None]) -> MotionVariables:
+def _orientations(
+    demonstrations: Sequence[Demonstration], poses: Mapping[str, Array], overrules: Overrules
+) -> list[FrameDecision]:
+    starts, ends = tool_poses(demonstrations, 0), tool_poses(demonstrations, -1)
+    candidates = [orientation_candidates(starts, None, poses), orientation_candidates(ends, starts, poses)]
+    evidence = weigh_frames(candidates, TURN_EXTENT)
+    return [
+        _decide(c, e, TURN_EXTENT, "rad", overrules.get(f"{end}.orientation"))
+        for c, e, end in zip(candidates, evidence, ENDS, strict=True)
+    ]
+
+
+def find_variables(demonstrations: Sequence[Demonstration], overrules: Overrules) -> MotionVariables:
     """Decide the motion variables of K demonstrations of one motion.
 
     Parameters
     ----------
     demonstrations : K of one label
-    forced : {"start" or "end": frame}
-        What the user names in place of the decision for position.
+    overrules : {"start", "end", "start.orientation" or "end.orientation": names of frames}
+        What the user names in place of a decision; empty where nothing shall be relevant.
     """
-    extent = max(motion_extent(demonstrations), 1e-9)
-    position = _channel(demonstrations, "position", extent, forced)
-    if demonstrations[0].quaternion is None:
-        return MotionVariables(EndDecision(position["start"]), EndDecision(position["end"]))
-    orientation = _channel(demonstrations, "orientation", extent, {})
+    poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
+    start, end = _positions(demonstrations, poses, overrules)
+    turns: list[FrameDecision | None] = [None, None]
+    if demonstrations[0].quaternion is not None:
+        turns = [*_orientations(demonstrations, poses, overrules)]
+    continuous, discrete = signal_ends(demonstrations)
     return MotionVariables(
-        EndDecision(position["start"], orientation["start"]), EndDecision(position["end"], orientation["end"])
+        EndDecision(start, turns[0]), EndDecision(end, turns[1]), carried_objects(demonstrations), continuous, discrete
     )

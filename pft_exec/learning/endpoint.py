@@ -43,6 +43,8 @@ class Endpoint:
         Tool orientation in each frame, (x, y, z, w).
     mask : (R, 3)
         Which of the world's axes each frame decides; all where decisions are not split by direction.
+    required : int
+        How many of the frames count; the rest are rivals, heard as long as they do not contradict the first.
     floor : float
         Smallest standard deviation of a target, m.
     """
@@ -52,6 +54,7 @@ class Endpoint:
     place: Array
     turn: Array
     mask: Array
+    required: int
     floor: float
 
 
@@ -76,7 +79,9 @@ def frame_pose(name: str, poses: Poses, count: int) -> Array:
 
 
 def _position_frames(decision: FrameDecision) -> tuple[tuple[tuple[str, str], ...], Array]:
-    frames = tuple((name, decision.axes_of(name)) for name in decision.relevant)
+    """Frames of a decision, those that count first, then its rivals; and the axes that each decides."""
+    names = decision.relevant + decision.rivals if decision.relevant else ()
+    frames = tuple((name, decision.axes_of(name)) for name in names)
     if not decision.directions:
         return frames, np.ones((len(frames), 3))
     return frames, np.array([[float(axis == name) for axis in decision.directions] for name, _ in frames])
@@ -96,6 +101,7 @@ def make_endpoint(decision: EndDecision, tool: Array, poses: Poses, floor: float
         np.array(places).reshape(len(frames), count, 3),
         np.array(turns).reshape(len(turn_frames), count, 4),
         mask,
+        len(decision.position.relevant),
         floor,
     )
 
@@ -118,22 +124,47 @@ def _precision(values: Array, floor: float) -> Array:
     return inverse
 
 
+def _targets(endpoint: Endpoint, poses: Poses, count: int, leave_out: bool) -> list[tuple[Array, Array]]:
+    """Place (M, 3) and precision (M, 3, 3) that each frame asks for; a rival that the scene lacks is passed over."""
+    found = []
+    for index, ((name, axes), values) in enumerate(zip(endpoint.frames, endpoint.place, strict=True)):
+        if index >= endpoint.required and name not in (ABSOLUTE, *poses):
+            continue
+        pose = frame_pose(name, poses, count)
+        turn = np.broadcast_to(rotation_matrix(pose[:, 3:]) if axes == "object" else np.eye(3), (count, 3, 3))
+        mean = np.broadcast_to(_means(values, leave_out), (count, 3))
+        place = pose[:, :3] + np.einsum("mij,mj->mi", turn, mean)
+        precision = turn @ _precision(values, endpoint.floor) @ turn.swapaxes(1, 2)
+        mask = endpoint.mask[index]
+        found.append((place, precision * mask[:, None] * mask[None, :]))
+    return found
+
+
+def _gap(first: tuple[Array, Array], second: tuple[Array, Array]) -> Array:
+    """Distance (M,) of two targets in standard deviations of their difference."""
+    joint = np.linalg.inv(first[1]) + np.linalg.inv(second[1])
+    difference = second[0] - first[0]
+    gap: Array = np.sqrt(np.einsum("mi,mij,mj->m", difference, np.linalg.inv(joint), difference))
+    return gap
+
+
 def target_positions(endpoint: Endpoint, poses: Poses, count: int, leave_out: bool = False) -> Array | None:
     """Required positions (M, 3), world frame, in M scenes; None where nothing is relevant.
 
-    `leave_out` (M = K, the demonstrated scenes): each demonstration's target comes from the others.
+    `leave_out` (M = K, the demonstrated scenes): each demonstration's target comes from the others. A rival frame that
+    contradicts the chosen one is not heard.
     """
     if not endpoint.frames:
         return None
-    weight, weighted = np.zeros((count, 3, 3)), np.zeros((count, 3))
-    for (name, axes), values, mask in zip(endpoint.frames, endpoint.place, endpoint.mask, strict=True):
-        pose = frame_pose(name, poses, count)
-        turn = np.broadcast_to(rotation_matrix(pose[:, 3:]) if axes == "object" else np.eye(3), (count, 3, 3))
-        own = turn @ _precision(values, endpoint.floor) @ turn.swapaxes(1, 2)
-        precision = own * mask[:, None] * mask[None, :]
-        place = pose[:, :3] + np.einsum("mij,mj->mi", turn, np.broadcast_to(_means(values, leave_out), (count, 3)))
-        weight = weight + precision
-        weighted = weighted + np.einsum("mij,mj->mi", precision, place)
+    targets = _targets(endpoint, poses, count, leave_out)
+    weight: Array = np.zeros((count, 3, 3))
+    weighted: Array = np.zeros((count, 3))
+    for index, (place, precision) in enumerate(targets):
+        heard = np.ones(count)
+        if index >= endpoint.required:
+            heard = (_gap(targets[0], (place, precision)) < CONFLICT).astype(float)
+        weight = weight + heard[:, None, None] * precision
+        weighted = weighted + heard[:, None] * np.einsum("mij,mj->mi", precision, place)
     target: Array = np.linalg.solve(weight, weighted[..., None])[..., 0]
     return target
 
@@ -157,21 +188,17 @@ def target_turns(endpoint: Endpoint, poses: Poses, count: int, leave_out: bool =
 
 
 def warn_of_conflict(label: str, end: str, endpoint: Endpoint, poses: Poses) -> None:
-    """Warn where two frames that count at this end ask for places that contradict one another."""
-    if len(endpoint.frames) < 2 or (endpoint.mask == 0.0).any():
+    """Warn where another frame asks for a place that contradicts the chosen one."""
+    if (endpoint.mask == 0.0).any():
         return
-    places, spreads = [], []
-    for (name, axes), values in zip(endpoint.frames, endpoint.place, strict=True):
-        pose = frame_pose(name, poses, 1)[0]
-        mean = values.mean(axis=0)
-        places.append(pose[:3] + (rotate(pose[3:], mean) if axes == "object" else mean))
-        spreads.append(np.trace(np.linalg.inv(_precision(values, endpoint.floor))))
-    gap = float(np.linalg.norm(places[0] - places[1]))
-    if gap > CONFLICT * float(np.sqrt(spreads[0] + spreads[1])):
-        names = " and ".join(repr(name) for name, _ in endpoint.frames[:2])
-        warnings.warn(
-            f"the {end} of {label!r} is tied to {names}, which contradict one another in this scene by {gap:.3g} m; "
-            f"name the one that counts: relevant={{{end!r}: [...]}}.",
-            RuntimeWarning,
-            stacklevel=4,
-        )
+    present = [name for name, _ in endpoint.frames if name == ABSOLUTE or name in poses]
+    targets = _targets(endpoint, poses, 1, leave_out=False)
+    for name, target in zip(present[1:], targets[1:], strict=True):
+        if _gap(targets[0], target)[0] >= CONFLICT:
+            distance = float(np.linalg.norm(target[0] - targets[0][0]))
+            warnings.warn(
+                f"the {end} of {label!r}: {present[0]!r} and {name!r} contradict one another in this scene by "
+                f"{distance:.3g} m. Name the one that counts: relevant={{{end!r}: [...]}}.",
+                RuntimeWarning,
+                stacklevel=4,
+            )

@@ -6,13 +6,14 @@ that is all that is known of a new scene; so an object that is carried away does
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.geometry import Array, conjugate, mean_quaternion, multiply, relative_rotation_vector, rotate
+from pft_exec.geometry import Array, conjugate, multiply, relative_rotation_vector, rotate
+from pft_exec.learning.averaging import average
 from pft_exec.learning.variables import ABSOLUTE, START
 
 
@@ -71,12 +72,14 @@ def _candidate(name: str, axes: str, values: Array) -> Candidate:
 
 
 def _turned(name: str, axes: str, quaternions: Array) -> Candidate:
-    mean = mean_quaternion(quaternions)
+    mean = average(quaternions)
     identity = np.array([0.0, 0.0, 0.0, 1.0])
     return Candidate(name, axes, relative_rotation_vector(identity, mean), relative_rotation_vector(mean, quaternions))
 
 
-def position_candidates(tool: Array, start: Array | None, objects: dict[str, Array], has_turn: bool) -> list[Candidate]:
+def position_candidates(
+    tool: Array, start: Array | None, objects: Mapping[str, Array], has_turn: bool
+) -> list[Candidate]:
     """Places of the tool in every frame.
 
     Parameters
@@ -99,7 +102,7 @@ def position_candidates(tool: Array, start: Array | None, objects: dict[str, Arr
     return found
 
 
-def orientation_candidates(tool: Array, start: Array | None, objects: dict[str, Array]) -> list[Candidate]:
+def orientation_candidates(tool: Array, start: Array | None, objects: Mapping[str, Array]) -> list[Candidate]:
     """Orientations of the tool in every frame; parameters as in `position_candidates`."""
     turn = tool[:, 3:]
     found = [_turned(ABSOLUTE, "world", turn)]

@@ -16,9 +16,10 @@ from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.learning.frames import object_names
 from pft_exec.learning.report import describe
 from pft_exec.learning.robust import RobustMotion, generalize, learn_robust
-from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, MotionVariables
+from pft_exec.learning.variables import ABSOLUTE, ENDS, START, MotionVariables
 
 METHODS = ("dong2012", "robust")
+OVERRULED = (*ENDS, *(f"{end}.orientation" for end in ENDS))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,9 +81,9 @@ def learn_motion(
     demonstrations : 2 to some 100 of one label
     method : str
         "robust" or "dong2012".
-    relevant : {"start" or "end": frames}
-        Overrules the decision for the position at that end: names of objects, "absolute" or "start"; an empty
-        sequence says that nothing is relevant.
+    relevant : {"start", "end", "start.orientation" or "end.orientation": frames}
+        Overrules the decision for the position (orientation) at that end: names of objects, "absolute" or "start";
+        an empty sequence says that nothing is relevant. Several frames are fused by their precisions.
 
     Raises
     ------
@@ -98,8 +99,7 @@ def learn_motion(
         raise UnknownMethodError("learning method", method, METHODS)
     _check(demonstrations)
     overrules = _checked_overrules(demonstrations, relevant or {})
-    forced: dict[str, str | None] = {end: (names[0] if names else NONE) for end, names in overrules.items()}
-    variables = find_variables(demonstrations, forced)
+    variables = find_variables(demonstrations, overrules)
     learned = learn_robust(demonstrations, variables)
     return Motion(demonstrations[0].label, demonstrations, method, overrules, variables, learned)
 
@@ -120,10 +120,11 @@ def _check(demonstrations: Sequence[Demonstration]) -> None:
 def _checked_overrules(
     demonstrations: Sequence[Demonstration], relevant: Mapping[str, Sequence[str]]
 ) -> dict[str, tuple[str, ...]]:
-    choices = (ABSOLUTE, START, *object_names(demonstrations))
+    objects = object_names(demonstrations)
     for end, names in relevant.items():
-        if end not in ENDS:
-            raise UnknownNameError("end of a motion", end, ENDS)
+        if end not in OVERRULED:
+            raise UnknownNameError("end of a motion", end, OVERRULED)
+        choices = (ABSOLUTE, *(() if end.startswith(START) else (START,)), *objects)
         for name in names:
             if name not in choices:
                 raise UnknownNameError("frame", name, choices)

@@ -39,7 +39,7 @@ from pft_exec.learning.experts import (
     product_groups,
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
-from pft_exec.learning.frames import object_poses
+from pft_exec.learning.frames import object_names, object_poses
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
 from pft_exec.learning.stacking import blend_positions, blend_turns, stack_weights
@@ -102,7 +102,7 @@ def _corrected_turns(path: Array, begin: Array, end: Array | None, share: Array)
 def _make_experts(aligned: AlignedSet, variables: MotionVariables, poses: Poses, floor: float) -> Experts:
     """The experts of a motion, before it is known which Gaussians to multiply; `poses` are the demonstrated ones."""
     count = len(aligned.position)
-    keys, turn_keys = expert_keys(poses, aligned.quaternion is not None)
+    keys, turn_keys = expert_keys({n: poses[n] for n in variables.objects}, aligned.quaternion is not None)
     local_turn = None
     if aligned.quaternion is not None:
         turns = [local_turns(aligned.quaternion, frame_pose(n, poses, count), axes) for n, axes in turn_keys]
@@ -199,7 +199,7 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     even = sample_at(moving, even_phases(len(moving)))
     extent = float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1)))
     first = _tool(even, 0)
-    poses = {name: object_poses(demonstrations, name) for name in variables.objects}
+    poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
     start = make_endpoint(variables.start, first, poses, FLOOR * max(extent, 1e-9))
     experts = _make_experts(even, variables, poses | {START: first}, start.floor)
     poses[START] = _predicted_begin(start, poses, first, leave_out=True)
@@ -227,7 +227,7 @@ def _scene_poses(variables: MotionVariables, scene: Scene) -> dict[str, Array]:
     missing = [name for name in variables.objects if name not in scene]
     if missing:
         raise MissingObjectError("object of the scene", missing[0], scene, "The motion is relative to it.")
-    return {name: scene[name].array[None] for name in variables.objects}
+    return {name: pose.array[None] for name, pose in scene.objects.items()}
 
 
 def _given_start(motion: RobustMotion, start: Pose | None) -> Array:

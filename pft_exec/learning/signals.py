@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pft_exec.demonstration import Demonstration
 from pft_exec.geometry import Array
-from pft_exec.learning.alignment import AlignedSet
+from pft_exec.learning.alignment import AlignedSet, shared_names
 from pft_exec.learning.resampling import smoothing
 
 WINDOW = 0.05  # of the motion, over which the variance of a signal is averaged
@@ -50,4 +51,34 @@ def signal_tubes(aligned: AlignedSet) -> SignalTubes:
         {name: _deviation(values) for name, values in aligned.continuous.items()},
         {name: _probabilities(values, choices[name]) for name, values in aligned.discrete.items()},
         choices,
+    )
+
+
+def _ends(values: Sequence[Array]) -> dict[str, float]:
+    """Mean and standard deviation over demonstrations of a continuous signal (N_k,) at the two ends, and its range."""
+    first, last = np.array([v[0] for v in values]), np.array([v[-1] for v in values])
+    spread = [float(ends.std(ddof=1)) for ends in (first, last)]
+    whole = float(np.median([np.ptp(v) for v in values]))
+    named = {"start": float(first.mean()), "start_spread": spread[0], "end": float(last.mean())}
+    return named | {"end_spread": spread[1], "range": whole}
+
+
+def _modes(values: Sequence[NDArray[np.int64]]) -> dict[str, int]:
+    """Most frequent value of a discrete signal at the two ends; the smaller one where two are equally frequent."""
+    modes = {}
+    for end, index in (("start", 0), ("end", -1)):
+        shown, counts = np.unique([v[index] for v in values], return_counts=True)
+        modes[end] = int(shown[counts.argmax()])
+    return modes
+
+
+def signal_ends(
+    demonstrations: Sequence[Demonstration],
+) -> tuple[dict[str, dict[str, float]], dict[str, dict[str, int]]]:
+    """Continuous and discrete signals at the two ends of a motion, as `MotionVariables` holds them."""
+    continuous = shared_names([d.continuous for d in demonstrations])
+    discrete = shared_names([d.discrete for d in demonstrations])
+    return (
+        {name: _ends([d.continuous[name] for d in demonstrations]) for name in continuous},
+        {name: _modes([d.discrete[name] for d in demonstrations]) for name in discrete},
     )

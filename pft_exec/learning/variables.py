@@ -7,7 +7,7 @@ new scene obeys them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
@@ -47,6 +47,8 @@ class FrameDecision:
         One sentence for a reader.
     relevant : tuple of str
         Every frame that counts at this end; the chosen one first.
+    rivals : tuple of str
+        Frames that the demonstrations do not tell from the chosen one; heard as long as they do not contradict it.
     directions : tuple of str
         Frame that decides each of the world's axes x, y, z, where one frame does not explain all three; else empty.
     kinds : {name: "world" or "object"}
@@ -66,6 +68,7 @@ class FrameDecision:
     ambiguous: bool = False
     reason: str = ""
     relevant: tuple[str, ...] = ()
+    rivals: tuple[str, ...] = ()
     overruled: bool = False
     directions: tuple[str, ...] = ()
     kinds: Mapping[str, str] = field(default_factory=dict)
@@ -80,12 +83,16 @@ class FrameDecision:
         """Axes in which a frame that counts here is meant: "world" or "object"."""
         return self.axes if name == self.frame else self.kinds.get(name, "world")
 
+    def changed(self, **fields: Any) -> FrameDecision:
+        """A copy with other values in some fields."""
+        return replace(self, **fields)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words, for JSON."""
         plain: dict[str, Any] = {name: getattr(self, name) for name in self.__dataclass_fields__}
         plain |= {name: dict(plain[name]) for name in ("candidates", "probability", "kinds")}
         plain |= {"offset": [float(x) for x in self.offset]}
-        plain |= {name: list(plain[name]) for name in ("relevant", "directions")}
+        plain |= {name: list(plain[name]) for name in ("relevant", "rivals", "directions")}
         return plain
 
 
@@ -113,8 +120,8 @@ class MotionVariables:
     start, end : EndDecision
     carried : tuple of str
         Objects that moved with the tool: where they end says nothing about a new scene.
-    continuous : {name: FrameDecision-like spread}
-        Spread of each continuous signal at the two ends: {name: {"start": float, "end": float}}.
+    continuous : {name: {"start", "start_spread", "end", "end_spread", "range": float}}
+        Mean and standard deviation of each continuous signal at the two ends, and its range along the motion.
     discrete : {name: {"start": int, "end": int}}
         Most frequent value of each discrete signal at the two ends.
     """
