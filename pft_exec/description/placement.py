@@ -26,6 +26,7 @@ from pft_exec.geometry import (
 )
 
 _ATTEMPTS = 200
+_SPREAD_ATTEMPTS = 20  # at spreading several draws evenly
 _CELL_ATTEMPTS = 12
 _PATH_SAMPLES = 12  # along each straight piece between waypoints
 
@@ -115,7 +116,7 @@ def draw_settings(
     UnreachableError
         If no such settings are found.
     """
-    for _ in range(_ATTEMPTS):
+    for _ in range(_SPREAD_ATTEMPTS):
         cells = np.stack([rng.permutation(count) for _ in range(_dimensions(task))], axis=1)
         settings: list[Setting] = []
         for cell in cells:
