@@ -157,15 +157,13 @@ def target_positions(endpoint: Endpoint, poses: Poses, count: int, leave_out: bo
     if not endpoint.frames:
         return None
     targets = _targets(endpoint, poses, count, leave_out)
-    weight: Array = np.zeros((count, 3, 3))
-    weighted: Array = np.zeros((count, 3))
-    for index, (place, precision) in enumerate(targets):
-        heard = np.ones(count)
-        if index >= endpoint.required:
-            heard = (_gap(targets[0], (place, precision)) < CONFLICT).astype(float)
-        weight = weight + heard[:, None, None] * precision
-        weighted = weighted + heard[:, None] * np.einsum("mij,mj->mi", precision, place)
-    target: Array = np.linalg.solve(weight, weighted[..., None])[..., 0]
+    heard = np.ones((len(targets), count))
+    for index in range(endpoint.required, len(targets)):
+        heard[index] = _gap(targets[0], targets[index]) < CONFLICT
+    places = np.stack([place for place, _ in targets])
+    precisions = np.stack([precision for _, precision in targets]) * heard[..., None, None]
+    weighted = np.einsum("rmij,rmj->mi", precisions, places)
+    target: Array = np.linalg.solve(precisions.sum(axis=0), weighted[..., None])[..., 0]
     return target
 
 

@@ -9,16 +9,20 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.demonstration.hdf5 import read_file, write_file
 from pft_exec.demonstration.storage import contents_from_demonstration, demonstration_from_contents
 from pft_exec.exceptions import LearningError, MissingObjectError, UnknownMotionError
 from pft_exec.geometry import Pose
+from pft_exec.learning.decisions import motion_extent
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.learning.motion import Motion, learn_motion
 
 FORMAT = "pft_exec motion library"
 VERSION = 1
+REGULARIZATION = 0.01  # of the median extent of the motions: one value for a library, or it would favor labels
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +84,7 @@ class MotionLibrary:
                 "label": motion.label,
                 "method": motion.method,
                 "relevant": {end: list(names) for end, names in motion.relevant.items()},
+                "options": dict(motion.options),
                 "demonstrations": [contents_from_demonstration(d) for d in motion.demonstrations],
             }
             for motion in self.motions.values()
@@ -92,12 +97,14 @@ class MotionLibrary:
         motions = {}
         for stored in read_file(path, FORMAT, VERSION)["motions"]:
             demonstrations = [demonstration_from_contents(d) for d in stored["demonstrations"]]
-            motions[stored["label"]] = learn_motion(demonstrations, stored["method"], stored["relevant"])
+            motions[stored["label"]] = learn_motion(
+                demonstrations, stored["method"], stored["relevant"], **stored["options"]
+            )
         return cls(motions)
 
 
-def learn_library(demonstrations: Iterable[Demonstration], method: str = "robust") -> MotionLibrary:
-    """Learn every motion of some demonstrations, grouped by label in order of appearance.
+def learn_library(demonstrations: Iterable[Demonstration], method: str = "robust", **options: Any) -> MotionLibrary:
+    """Learn every motion of some demonstrations, grouped by label in order of appearance; `options` as `learn_motion`.
 
     Raises
     ------
@@ -109,4 +116,7 @@ def learn_library(demonstrations: Iterable[Demonstration], method: str = "robust
         groups.setdefault(demonstration.label, []).append(demonstration)
     if not groups:
         raise LearningError("a library is learned from demonstrations; got none.")
-    return MotionLibrary({label: learn_motion(group, method) for label, group in groups.items()})
+    if method == "dong2012" and options.get("regularization") is None:
+        extents = [motion_extent(group) for group in groups.values()]
+        options = options | {"regularization": REGULARIZATION * max(float(np.median(extents)), 1e-9)}
+    return MotionLibrary({label: learn_motion(group, method, **options) for label, group in groups.items()})

@@ -6,14 +6,20 @@ In the flow: demonstrations -> `learn_motion` -> `Motion` -> ``flow_tube(scene)`
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import LearningError, UnknownMethodError, UnknownNameError
 from pft_exec.geometry import Pose
-from pft_exec.learning.decisions import find_variables
+from pft_exec.learning.carrying import carried_objects
+from pft_exec.learning.coaching import Coaching, coach
+from pft_exec.learning.compound import join_tubes, joined_variables, pieces_of
+from pft_exec.learning.decisions import Overrules, find_variables
+from pft_exec.learning.dong2012 import Dong2012Motion, Dong2012Options, generalize_dong2012, learn_dong2012
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.learning.frames import object_names
+from pft_exec.learning.published_variables import find_published_variables, published_decisions
 from pft_exec.learning.report import describe
 from pft_exec.learning.robust import RobustMotion, generalize, learn_robust
 from pft_exec.learning.variables import ABSOLUTE, ENDS, START, MotionVariables
@@ -31,7 +37,9 @@ class Motion:
     method: str
     relevant: Mapping[str, tuple[str, ...]]
     variables: MotionVariables
-    learned: RobustMotion
+    learned: RobustMotion | Dong2012Motion | None
+    options: Mapping[str, Any] = field(default_factory=dict)
+    segments: tuple[Motion, ...] = ()
 
     def flow_tube(
         self, scene: Scene, start: Pose | None = None, substitute: Mapping[str, str] | None = None
@@ -52,16 +60,37 @@ class Motion:
         MissingObjectError
             If the scene lacks an object that a motion variable refers to.
         """
-        scene = substituted(scene, substitute or {})
+        return self._flow_tube(substituted(scene, substitute or {}), start)
+
+    def _flow_tube(self, scene: Scene, start: Pose | None) -> FlowTube:
+        tubes: list[FlowTube] = []
+        for segment in self.segments:
+            tubes.append(segment._flow_tube(scene, tubes[-1].end if tubes else start))
+        if tubes:
+            return join_tubes(self.label, tubes)
+        if isinstance(self.learned, Dong2012Motion):
+            return generalize_dong2012(self.label, self.learned, scene, start)
+        if self.learned is None:
+            raise LearningError(f"motion {self.label!r} has neither segments nor anything learned.")
         return generalize(self.label, self.learned, self.variables, scene, start)
 
     def mirrored(self, plane: Pose | None = None) -> Motion:
         """The motion as the other arm would make it: learned from mirrored demonstrations."""
-        return learn_motion([d.mirrored(plane) for d in self.demonstrations], self.method, self.relevant)
+        mirrored = [d.mirrored(plane) for d in self.demonstrations]
+        return learn_motion(mirrored, self.method, self.relevant, **self.options)
 
     def describe(self) -> str:
-        """The decisions as a table for a reader."""
+        """The decisions as a table for a reader, segment by segment where keyframes split the motion."""
+        if self.segments:
+            return "\n".join(segment.describe() for segment in self.segments)
         return describe(self.label, self.variables)
+
+    def coach(self) -> Coaching:
+        """Which demonstration stands out, what the placements do not cover, and what one more should vary."""
+        learned = self.learned
+        if not isinstance(learned, RobustMotion):
+            learned = learn_robust(self.demonstrations, find_variables(self.demonstrations, self.relevant))
+        return coach(self.demonstrations, self.variables, learned.residual)
 
 
 def substituted(scene: Scene, substitute: Mapping[str, str]) -> Scene:
@@ -73,6 +102,7 @@ def learn_motion(
     demonstrations: Sequence[Demonstration],
     method: str = "robust",
     relevant: Mapping[str, Sequence[str]] | None = None,
+    **options: Any,
 ) -> Motion:
     """Learn one motion from its demonstrations.
 
@@ -84,6 +114,8 @@ def learn_motion(
     relevant : {"start", "end", "start.orientation" or "end.orientation": frames}
         Overrules the decision for the position (orientation) at that end: names of objects, "absolute" or "start";
         an empty sequence says that nothing is relevant. Several frames are fused by their precisions.
+    options
+        Of "dong2012": the fields of `Dong2012Options`, such as ``epsilon=0.1``. "robust" has none.
 
     Raises
     ------
@@ -92,16 +124,56 @@ def learn_motion(
     UnknownMethodError
         If the method does not exist.
     UnknownNameError
-        If `relevant` names an end or a frame that does not exist.
+        If `relevant` names an end or a frame that does not exist, or the method has no such option.
     """
     demonstrations = tuple(demonstrations)
     if method not in METHODS:
         raise UnknownMethodError("learning method", method, METHODS)
     _check(demonstrations)
     overrules = _checked_overrules(demonstrations, relevant or {})
-    variables = find_variables(demonstrations, overrules)
-    learned = learn_robust(demonstrations, variables)
-    return Motion(demonstrations[0].label, demonstrations, method, overrules, variables, learned)
+    settings = _checked_options(method, options)
+    if any(d.keyframes for d in demonstrations):
+        return _learn_segments(demonstrations, method, overrules, options)
+    return _learn_one(demonstrations, method, overrules, settings)
+
+
+def _learn_one(
+    demonstrations: tuple[Demonstration, ...], method: str, overrules: Overrules, settings: Dong2012Options
+) -> Motion:
+    label = demonstrations[0].label
+    if method == "robust":
+        variables = find_variables(demonstrations, overrules)
+        return Motion(label, demonstrations, method, overrules, variables, learn_robust(demonstrations, variables))
+    found = find_published_variables(demonstrations, settings.epsilon, settings.spread)
+    variables = published_decisions(found, demonstrations[0].quaternion is not None, overrules)
+    learned = learn_dong2012(demonstrations, found, overrules, settings)
+    return Motion(label, demonstrations, method, overrules, variables, learned, asdict(settings))
+
+
+def _learn_segments(
+    demonstrations: tuple[Demonstration, ...], method: str, overrules: Overrules, options: Mapping[str, Any]
+) -> Motion:
+    """A motion of several pieces; what the user overrules holds for the start of the first and the end of the last."""
+    pieces = pieces_of(demonstrations)
+    segments = []
+    for index, piece in enumerate(pieces):
+        own = {end: names for end, names in overrules.items() if _concerns(end, index, len(pieces))}
+        segments.append(learn_motion(piece, method, own, **options))
+    variables = joined_variables([s.variables for s in segments], carried_objects(demonstrations))
+    label = demonstrations[0].label
+    return Motion(label, demonstrations, method, overrules, variables, None, dict(options), tuple(segments))
+
+
+def _concerns(end: str, index: int, count: int) -> bool:
+    return index == (0 if end.startswith(START) else count - 1)
+
+
+def _checked_options(method: str, options: Mapping[str, Any]) -> Dong2012Options:
+    choices = tuple(Dong2012Options.__dataclass_fields__) if method == "dong2012" else ()
+    for name in options:
+        if name not in choices:
+            raise UnknownNameError(f"option of method {method!r}", name, choices)
+    return Dong2012Options(**options)
 
 
 def _check(demonstrations: Sequence[Demonstration]) -> None:
