@@ -83,6 +83,7 @@ class HandGuide:
             raise SimulationError("the path of a hand must be finite.")
         self._quaternion = quaternion
         self._velocity = np.hstack([np.gradient(self._position, step, axis=0), _angular_velocity(quaternion, step)])
+        self._velocity[[0, -1]] = 0.0
         self._last = len(time) - 1
         self._released: float | None = None
         self._fade = 0.0
@@ -142,11 +143,28 @@ class RecordedPath:
     time : (N,), s
     position : (N, 3), m, world frame
     quaternion : (N, 4), (x, y, z, w), world frame
+
+    Raises
+    ------
+    SimulationError
+        If shapes do not fit, a number is not finite, or time does not increase.
     """
 
     time: Array
     position: Array
     quaternion: Array
+
+    def __post_init__(self) -> None:
+        count = len(self.time)
+        if count < 2 or self.position.shape != (count, 3) or self.quaternion.shape != (count, 4):
+            raise SimulationError(
+                f"a recorded path needs N >= 2 times (N,), positions (N, 3) and quaternions (N, 4); got "
+                f"{self.time.shape}, {self.position.shape} and {self.quaternion.shape}."
+            )
+        if not all(np.isfinite(values).all() for values in (self.time, self.position, self.quaternion)):
+            raise SimulationError("a recorded path must be finite.")
+        if (np.diff(self.time) <= 0.0).any():
+            raise SimulationError("the time of a recorded path must increase.")
 
     @property
     def duration(self) -> float:

@@ -80,7 +80,7 @@ class World:
         """Load everything into an empty engine, always in the same order."""
         self._engine.clear()
         self._count = 0
-        self._body = RobotBody(self._engine, self.robot, self.base)
+        self._robot_body: RobotBody | None = RobotBody(self._engine, self.robot, self.base)
         self._objects = {
             name: ObjectBody(self._engine, item, item.fixed.pose if item.fixed is not None else self._scene[name])
             for name, item in self.task.objects.items()
@@ -104,6 +104,8 @@ class World:
     @property
     def scene(self) -> Scene:
         """Poses of the task's placed objects now, world frame."""
+        if not self.is_open:
+            raise SimulationError("the world is closed; open another.")
         return Scene({name: self._objects[name].pose for name in self.task.placed})
 
     @property
@@ -199,8 +201,26 @@ class World:
             wrench = rotate(conjugate(self.base.quaternion), wrench)
         self._body.push(self.arm_name(arm), wrench.ravel())
 
+    @property
+    def _body(self) -> RobotBody:
+        """The robot's body, as long as there is one."""
+        if self._robot_body is None:
+            raise SimulationError("the world is closed; open another.")
+        return self._robot_body
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the simulation still runs."""
+        return self._engine.is_open
+
     def step(self) -> None:
-        """Advance by one physics step."""
+        """Advance by one physics step.
+
+        Raises
+        ------
+        SimulationError
+            If the world is closed.
+        """
         self._body.actuate()
         self._engine.step()
         self._count += 1
@@ -281,6 +301,7 @@ class World:
 
     def close(self) -> None:
         """End the simulation; a second call does nothing."""
+        self._robot_body = None
         self._engine.close()
 
     def __enter__(self) -> World:
