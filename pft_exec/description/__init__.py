@@ -7,7 +7,7 @@ is taught apart from what is evaluated.
 """
 
 from pft_exec.description.arm import ArmDescription, CounterbalanceDescription, Graded, GripperDescription
-from pft_exec.description.clearance import hand_clearance, object_clearance
+from pft_exec.description.clearance import hand_clearance, object_clearance, workspace_excess
 from pft_exec.description.motion import MotionDescription
 from pft_exec.description.object import BoxShape, CylinderShape, ObjectDescription
 from pft_exec.description.path import Waypoints, nominal_goal, resolve_waypoints
@@ -54,4 +54,5 @@ __all__ = [
     "random_stream",
     "read_strictly",
     "resolve_waypoints",
+    "workspace_excess",
 ]

@@ -1,4 +1,4 @@
-"""Free space: between the objects of a scene, and between them and the hand along a path."""
+"""Free space: between the objects of a scene, between them and the hand along a path, and up to the workspace's end."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pft_exec.description.task import TaskDescription
-from pft_exec.geometry import Array, Pose, rotate
+from pft_exec.geometry import Array, Pose, mirror_positions, rotate
 
 _POINTS_ON_HAND = 8
 
@@ -51,6 +51,15 @@ def hand_clearance(task: TaskDescription, objects: Mapping[str, Pose], positions
         if name in objects
     ]
     return min(gaps, default=float("inf")) - hand.radius
+
+
+def workspace_excess(task: TaskDescription, positions: Array) -> float:
+    """How far positions (N, 3), m, world frame, leave the task's workspace at most, along one axis, m; 0 inside."""
+    if task.mirror is not None:
+        positions = mirror_positions(positions, task.mirror)
+    bounds = np.array([task.workspace.x, task.workspace.y, task.workspace.z])
+    excess = np.maximum(bounds[:, 0] - positions, positions - bounds[:, 1])
+    return max(float(excess.max()), 0.0)
 
 
 def _distance_to_cylinder(points: Array, radius: float, height: float) -> Array:

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from pft_exec.description.clearance import hand_clearance, object_clearance
+from pft_exec.description.clearance import hand_clearance, object_clearance, workspace_excess
 from pft_exec.description.motion import START, StartDescription
 from pft_exec.description.path import resolve_waypoints
 from pft_exec.description.quantities import Range, quaternion_from_rpy
@@ -130,16 +131,19 @@ def draw_settings(
 
 
 def path_is_free(task: TaskDescription, label: str, setting: Setting) -> bool:
-    """Whether the hand, on straight lines through the waypoints, keeps clear of every object."""
+    """Whether the hand, on straight lines through the waypoints, stays in the workspace and clear of every object."""
     waypoints = resolve_waypoints(task, label, setting.objects, setting.start)
     ratio = np.linspace(0.0, 1.0, _PATH_SAMPLES)
-    pairs = range(len(waypoints.durations))
-    positions = [
-        waypoints.positions[k] + ratio[:, None] * (waypoints.positions[k + 1] - waypoints.positions[k]) for k in pairs
-    ]
-    turned = [interpolate_quaternion(waypoints.quaternions[k], waypoints.quaternions[k + 1], ratio) for k in pairs]
-    gap = hand_clearance(task, setting.objects, np.concatenate(positions), np.concatenate(turned))
-    return gap >= task.clearance.hand.gap
+    pairs = list(pairwise(range(len(waypoints.positions))))
+    positions = np.concatenate([_between(waypoints.positions[a], waypoints.positions[b], ratio) for a, b in pairs])
+    turned = [interpolate_quaternion(waypoints.quaternions[a], waypoints.quaternions[b], ratio) for a, b in pairs]
+    if workspace_excess(task, positions) > 0.0:
+        return False
+    return hand_clearance(task, setting.objects, positions, np.concatenate(turned)) >= task.clearance.hand.gap
+
+
+def _between(first: Array, last: Array, ratio: Array) -> Array:
+    return first + ratio[:, None] * (last - first)
 
 
 def _draws_in_cell(cell: Array, count: int, rng: np.random.Generator) -> Iterator[Array]:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from pft_exec.demonstration import Scene
 from pft_exec.demonstration.synthetic import HumanPath, HumanStyle, human_path
-from pft_exec.description import Setting, random_stream, resolve_waypoints
+from pft_exec.description import Setting, TaskDescription, random_stream, resolve_waypoints, workspace_excess
 from pft_exec.exceptions import UnreachableError
 from pft_exec.geometry import Array, Pose, multiply
 from pft_exec.model import Arm, JointPath, follow_path
@@ -103,7 +103,8 @@ def plan_hand_path(
         If there is no such arm, motion, or object in the setting.
     """
     name = world.arm_name(arm)
-    waypoints = resolve_waypoints(world.task_for(name), label, Scene(setting.objects), setting.start)
+    task = world.task_for(name)
+    waypoints = resolve_waypoints(task, label, Scene(setting.objects), setting.start)
     path = human_path(waypoints.positions, waypoints.quaternions, waypoints.durations, rng, style)
     rest_before, rest_after = rng.uniform((0.15, 0.25), (0.4, 0.5))
     model = world.arm(name)
@@ -115,6 +116,7 @@ def plan_hand_path(
         multiply(back.quaternion, quaternions),
         resting_posture(model) if seed is None else seed,
     )
+    _check_workspace(task, label, positions)
     _check_reach(label, name, time, positions, joints)
     _check_room(label, model, time, joints)
     return HandPath(label, name, path, float(rest_before), float(rest_after), waypoints.end, joints)
@@ -203,6 +205,14 @@ def parked_others(world: World, arm: str) -> Mapping[str, Array]:
     others = (name for name in world.robot.arms if name != arm)
     models = {name: world.arm(name) for name in others}
     return {name: model.configuration("parked") for name, model in models.items() if "parked" in model.configurations}
+
+
+def _check_workspace(task: TaskDescription, label: str, positions: Array) -> None:
+    excess = workspace_excess(task, positions)
+    if excess > 0.0:
+        raise UnreachableError(
+            f"the hand's path of {label!r} would leave the workspace of task {task.name!r} by {1e3 * excess:.0f} mm."
+        )
 
 
 def _check_reach(label: str, arm: str, time: Array, positions: Array, joints: JointPath) -> None:

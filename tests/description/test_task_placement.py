@@ -21,6 +21,7 @@ from pft_exec.description import (
     path_is_free,
     random_stream,
     resolve_waypoints,
+    workspace_excess,
 )
 from pft_exec.exceptions import MissingObjectError, UnknownMotionError, UnreachableError
 from pft_exec.geometry import Pose, geodesic_distance, multiply
@@ -151,6 +152,27 @@ def test_clearances_of_figures_that_are_known(task: TaskDescription) -> None:
     inside = hand_clearance(task, objects, np.array([[0.6, 0.0, 0.8]]), upright)
     assert inside < -hand.radius
     assert hand_clearance(task, {}, above, upright) == np.inf
+
+
+def test_the_workspace_is_measured_and_mirrored(task: TaskDescription) -> None:
+    beyond = np.array([[0.5, -0.3, 1.0], [0.5, -0.75, 1.0]])
+    assert workspace_excess(task, beyond) == pytest.approx(0.05)
+    assert workspace_excess(task, beyond[:1]) == 0.0
+    assert workspace_excess(task.mirrored(), beyond * [1.0, -1.0, 1.0]) == pytest.approx(0.05)
+
+
+def test_a_path_out_of_the_workspace_is_not_free(task: TaskDescription) -> None:
+    setting = draw_setting(task, "move_left", random_stream(2, "evaluate"))
+    narrow = replace(task, workspace=replace(task.workspace, y=(-0.7, -0.3)))
+    assert path_is_free(task, "move_left", setting)
+    assert not path_is_free(narrow, "move_left", setting)
+
+
+def test_where_objects_are_given_only_the_start_is_drawn(task: TaskDescription) -> None:
+    objects = draw_scene(task, random_stream(4, "evaluate"))
+    settings = draw_settings(task, "reach", 3, random_stream(4, "teach"), objects=objects)
+    assert all(setting.objects == objects for setting in settings)
+    assert len({tuple(setting.start.position) for setting in settings}) == 3
 
 
 def test_what_is_taught_and_what_is_evaluated_share_no_scene(task: TaskDescription) -> None:

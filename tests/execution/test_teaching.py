@@ -75,8 +75,14 @@ def test_a_scene_out_of_reach_is_refused_with_the_distance_before_anything_moves
 
 
 def test_a_path_out_of_reach_is_refused_with_the_distance(world: World, setting: Setting) -> None:
-    far = Setting(dict(_moved(setting, "bottle", [0.6, 0.0, 0.0]).objects), setting.start)
+    far = Setting(dict(_moved(setting, "bottle", [0.2, -0.25, 0.0]).objects), setting.start)
     with pytest.raises(UnreachableError, match=r"cannot be led through 'reach'.*misses by \d+ mm"):
+        plan_hand_path(world, "reach", "right", far, np.random.default_rng(0))
+
+
+def test_a_path_out_of_the_workspace_is_refused_with_the_distance(world: World, setting: Setting) -> None:
+    far = Setting(dict(_moved(setting, "bottle", [0.6, 0.0, 0.0]).objects), setting.start)
+    with pytest.raises(UnreachableError, match=r"'reach' would leave the workspace of task 'tabletop' by \d+ mm"):
         plan_hand_path(world, "reach", "right", far, np.random.default_rng(0))
 
 
