@@ -115,7 +115,7 @@ class ReachResult:
         }
 
 
-def evaluate_reach(folder: Path, draws: int = 5, taught: int = TAUGHT, progress: Progress = silent) -> ReachResult:
+def evaluate_reach(folder: Path, draws: int = 20, taught: int = TAUGHT, progress: Progress = silent) -> ReachResult:
     """Leave each placement out; teach with `taught` of the others, drawn `draws` times.
 
     Parameters
