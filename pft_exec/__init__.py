@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     )
     from pft_exec.description import RobotDescription, TaskDescription, load_task
     from pft_exec.exceptions import PFTError
-    from pft_exec.execution import ExecutionLog, assist, execute, teach
+    from pft_exec.execution import ExecutionLog, assist, execute, prepare, teach
     from pft_exec.geometry import Pose
     from pft_exec.learning import FlowTube, Motion, MotionLibrary, MotionVariables, learn_library, learn_motion
     from pft_exec.model import Arm, RobotModel, load_robot
@@ -73,6 +73,7 @@ _HOMES = {
     "load_demonstrations": "demonstration",
     "load_robot": "model",
     "load_task": "description",
+    "prepare": "execution",
     "save_demonstrations": "demonstration",
     "teach": "execution",
 }
@@ -104,6 +105,7 @@ __all__ = [
     "load_demonstrations",
     "load_robot",
     "load_task",
+    "prepare",
     "save_demonstrations",
     "teach",
 ]

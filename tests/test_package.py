@@ -196,3 +196,29 @@ def test_an_installed_wheel_finds_its_robots_and_tasks(wheel: Path, tmp_path: Pa
     assert "pr2" in shown[1]
     assert "tabletop" in shown[2]
     assert "reach" in shown[3]
+
+
+def test_every_citation_resolves_in_the_readme() -> None:
+    listed = set(re.findall(r"^- \[(\w+\d{4}\w?)\]", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE))
+    cited = {key for path in MODULES for key in re.findall(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?)\]_", path.read_text())}
+    assert "Dong2012" in cited
+    assert cited <= listed
+
+
+def test_the_readme_names_every_command() -> None:
+    from pft_exec.cli import app
+
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    commands = {command.callback.__name__ for command in app.registered_commands if command.callback}
+    assert commands == set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE))
+
+
+@pytest.mark.slow
+def test_the_example_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    """As it stands: two motions taught, one executed, one taken over from the hand."""
+    (example,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert len([line for line in example.splitlines() if line.strip()]) <= 15
+    exec(compile(example, "README.md", "exec"), {})  # noqa: S102 - our own text
+    *_, executed, assisted = capsys.readouterr().out.splitlines()
+    assert executed.startswith("True")
+    assert assisted.startswith("go_home Event(")
