@@ -5,6 +5,8 @@ The first link of the chain: bodies are loaded into an engine, and the `World` s
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -37,18 +39,21 @@ class Engine:
     Raises
     ------
     SimulationError
-        If the step is not positive, or PyBullet cannot be connected to (a window without a display).
+        If the step is not positive, a window is asked for without a display (PyBullet would end the process), or
+        PyBullet cannot be started.
     """
 
     def __init__(self, physics_step: float, gui: bool = False) -> None:
         if not physics_step > 0.0:
             raise SimulationError(f"the physics step must be positive; got {physics_step} s.")
+        if gui and sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+            raise SimulationError("a window needs a display, and DISPLAY is not set; leave gui out to run without one.")
         self.physics_step = physics_step
         self.gui = gui
         with simulation_errors("opening PyBullet's window" if gui else "starting PyBullet"):
             self.client: int = pybullet.connect(*connection_arguments(gui))
         if self.client < 0:
-            raise SimulationError("PyBullet could not be started; with gui=True a display is needed.")
+            raise SimulationError(f"PyBullet could not be started{' with a window' if gui else ''}.")
         self.clear()
 
     def clear(self) -> None:

@@ -194,12 +194,6 @@ class RobotBody:
         self._reset_joints(self._columns[arm], configuration)
         self.brake(arm)
 
-    def place_fingers(self, arm: str, width: float) -> None:
-        """Set up: put the fingers of an arm at a distance between the pads, m."""
-        self.set_width(arm, width)
-        self._width[arm] = float(width)
-        self._reset_joints(self._fingers[arm], np.full(2, 0.5 * width))
-
     def place_joints(self, positions: Array) -> None:
         """Show: put every joint (J,), in the order of `joint_names`, where it was once recorded."""
         self._reset_joints(slice(0, len(self._indices)), positions)

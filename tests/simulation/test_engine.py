@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pybullet
 import pytest
 
@@ -35,3 +37,16 @@ def test_a_step_that_is_not_positive_is_refused() -> None:
 def test_errors_of_the_engine_say_what_was_done() -> None:
     with pytest.raises(SimulationError, match="reading a body failed"), simulation_errors("reading a body"):
         pybullet.getNumJoints(99, physicsClientId=99)
+
+
+def test_an_engine_that_does_not_start_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pybullet, "connect", lambda *_: -1)
+    with pytest.raises(SimulationError, match="PyBullet could not be started"):
+        Engine(1e-3)
+
+
+def test_a_window_without_a_display_is_refused_before_it_ends_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(SimulationError, match="DISPLAY is not set"):
+        Engine(1e-3, gui=True)

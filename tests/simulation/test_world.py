@@ -176,3 +176,5 @@ def test_a_closed_world_closes_again_and_says_so(robot: RobotModel, task: TaskDe
     assert not world.is_open
     with pytest.raises(SimulationError, match="the world is closed"):
         world.step()
+    with pytest.raises(SimulationError, match="the world is closed"):
+        _ = world.scene
