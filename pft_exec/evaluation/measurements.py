@@ -71,7 +71,7 @@ def _measure_run(run: Run, limits: JointLimits) -> Measurements:
         "under_hand_beyond": [beyond(log, limits, guided=True)[0]],
         "under_hand_time": [longest_beyond(log, limits)],
     }
-    if taken:
+    if Stage.TRANSITION in log.stage:
         by_controller = beyond(log, limits, guided=False)
         measured |= {
             "take_over_share": [details["take_over_share"]],

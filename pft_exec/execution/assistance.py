@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -13,7 +13,7 @@ from pft_exec.execution.autonomous import SOFTNESS, about_run, end_figures, judg
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.hand_path import Hand, lead_motion
 from pft_exec.execution.log import ExecutionLog, Stage
-from pft_exec.execution.takeover import finish, plan_takeover
+from pft_exec.execution.takeover import Takeover, finish, plan_takeover
 from pft_exec.geometry import geodesic_distance
 from pft_exec.handoff import Decision, PolicySettings, TakeoverPolicy
 from pft_exec.learning import FlowTube, MotionLibrary
@@ -25,6 +25,8 @@ Answer = Callable[[tuple[str, ...], Belief], str | None]
 
 PACE_RANGE = (0.5, 1.5)
 """How much slower or faster than taught the person's pace may carry over."""
+RETRY = 0.1
+"""s after which a take-over that could not be planned is tried again."""
 SETTLING = 0.5
 """s that the hand rests at its end before a motion nobody took over counts as over."""
 
@@ -88,22 +90,19 @@ def assist(
     hand = lead_motion(world, label, loop.name, seed)
     scene, start = world.scene, world.tool(loop.name)
     tubes = library.flow_tubes(scene, start)
-    recognizer = OnlineRecognizer(tubes, method)
-    guided = _guide(loop, hand, recognizer, TakeoverPolicy(settings), answer or _truthful(label))
-    details = {"asked": float(guided.asked), "take_over_time": loop.time, "take_over_share": hand.share(loop.time)}
-    if guided.decision is None or guided.decision.kind != "take_over":
-        reason = "the hand finished by itself: the robot did not take over" + (
-            f" ({guided.decision.reason})" if guided.decision else ""
-        )
+    person = _Person(hand, OnlineRecognizer(tubes, method), TakeoverPolicy(settings), answer or _truthful(label))
+    takeover = _guide(loop, person, tubes)
+    details = {
+        "asked": float(person.asked),
+        "take_over_time": loop.time,
+        "take_over_share": hand.share(loop.time),
+    }
+    if takeover is None:
+        reason = f"the hand finished by itself: {person.reason}"
         return loop.log.finish(False, reason, details=details, **about_run(loop))
-    tube = tubes[guided.decision.label]
-    takeover = plan_takeover(loop, tube, *_place_and_pace(tube, guided.belief), np.zeros(len(loop.arm.joint_names)))
-    if takeover.reason:
-        loop.log.event(loop.time, "decline", takeover.reason)
-        return loop.log.finish(False, takeover.reason, label=tube.label, details=details, **about_run(loop))
+    tube = tubes[takeover.label]
     unbroken = finish(loop, takeover, tube, softness=softness, solver=solver, floating=True)
-    truth = tubes.get(label, tube)
-    verdict = judge_end(loop, truth, scene, start)
+    verdict = judge_end(loop, tubes.get(label, tube), scene, start)
     details |= {**end_figures(loop, tube), **takeover.jumps(), "join_time": takeover.transition.duration}
     details["tube_goal_error"] = float(np.linalg.norm(tube.end.position - hand.goal.position))
     details["tube_goal_rotation"] = float(geodesic_distance(tube.end.quaternion, hand.goal.quaternion))
@@ -111,41 +110,78 @@ def assist(
     return loop.log.finish(verdict.success, reason, label=tube.label, details=details, **about_run(loop))
 
 
-@dataclass(frozen=True)
-class _Guided:
-    """How the guided part ended: the last belief, the last decision (None: nothing was decided), questions asked."""
+@dataclass
+class _Person:
+    """Who leads, and what the robot makes of it.
 
-    belief: Belief
-    decision: Decision | None
-    asked: int
+    Parameters
+    ----------
+    hand : Hand
+    recognizer : OnlineRecognizer
+    policy : TakeoverPolicy
+    answer : callable
+    asked : int
+        Questions so far.
+    reason : str
+        Why the robot has not taken over.
+    """
+
+    hand: Hand
+    recognizer: OnlineRecognizer
+    policy: TakeoverPolicy
+    answer: Answer
+    asked: int = 0
+    reason: str = "nothing was recognized"
+    _declined: bool = False
+    _not_before: float = 0.0
+
+    def decide(self, loop: ControlLoop, belief: Belief, tubes: Mapping[str, FlowTube]) -> Takeover | None:
+        """Decide after a belief; a plan where the robot takes over now."""
+        decision = self.policy.update(belief, loop.time)
+        self.reason = decision.reason
+        if decision.kind == "ask":
+            self.asked += 1
+            reply = self.answer(decision.labels, belief)
+            loop.log.event(loop.time, "ask", f"{decision.reason}; the answer is {reply!r}")
+            self.policy.answer(reply)
+        elif decision.kind == "decline":
+            self._decline(loop, decision.reason)
+        elif decision.kind == "take_over" and loop.time >= self._not_before:
+            return self._take_over(loop, decision, belief, tubes)
+        return None
+
+    def _take_over(
+        self, loop: ControlLoop, decision: Decision, belief: Belief, tubes: Mapping[str, FlowTube]
+    ) -> Takeover | None:
+        tube = tubes[decision.label]
+        takeover = plan_takeover(loop, tube, *_place_and_pace(tube, belief), np.zeros(len(loop.arm.joint_names)))
+        if takeover.reason:
+            self.reason, self._not_before = takeover.reason, loop.time + RETRY
+            self._decline(loop, takeover.reason)
+            return None
+        loop.log.event(loop.time, "take_over", decision.reason)
+        return takeover
+
+    def _decline(self, loop: ControlLoop, reason: str) -> None:
+        """Log why the robot does not take over, the first time."""
+        if not self._declined:
+            loop.log.event(loop.time, "decline", reason)
+        self._declined = True
 
 
-def _guide(
-    loop: ControlLoop, hand: Hand, recognizer: OnlineRecognizer, policy: TakeoverPolicy, answer: Answer
-) -> _Guided:
-    """The hand leads, the arm floats, until the policy takes over or the hand is done."""
+def _guide(loop: ControlLoop, person: _Person, tubes: Mapping[str, FlowTube]) -> Takeover | None:
+    """The hand leads, the arm floats, until the robot takes over or the hand is done."""
     floating = GravityCompensation(loop.arm)
-    asked, declined = 0, False
-    belief, decision = _recognize(loop, recognizer), None
-    while loop.time < hand.duration + SETTLING:
-        if loop.is_sample_due() and loop.time > 0.0:
-            belief = _recognize(loop, recognizer)
-            decision = policy.update(belief, loop.time)
-            if decision.kind == "ask":
-                asked += 1
-                reply = answer(decision.labels, belief)
-                loop.log.event(loop.time, "ask", f"{decision.reason}; the answer is {reply!r}")
-                policy.answer(reply)
-            elif decision.kind == "take_over":
-                loop.log.event(loop.time, "take_over", decision.reason)
-                return _Guided(belief, decision, asked)
-            elif decision.kind == "decline" and not declined:
-                declined = True
-                loop.log.event(loop.time, "decline", decision.reason)
+    while loop.time < person.hand.duration + SETTLING:
+        if loop.is_sample_due():
+            belief = _recognize(loop, person.recognizer)
+            takeover = person.decide(loop, belief, tubes)
+            if takeover is not None:
+                return takeover
         started = perf_counter()
         command = floating.update(loop.time, *loop.sense())
-        loop.apply(command, Stage.GUIDED, perf_counter() - started, hand.pull)
-    return _Guided(belief, decision, asked)
+        loop.apply(command, Stage.GUIDED, perf_counter() - started, person.hand.pull)
+    return None
 
 
 def _recognize(loop: ControlLoop, recognizer: OnlineRecognizer) -> Belief:

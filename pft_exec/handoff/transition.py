@@ -22,6 +22,8 @@ JointState = tuple[Array, Array, Array]
 
 SEARCH_STEP = 0.05
 """s between the arrival times that are tried first."""
+LATER = 0.01
+"""s by which the arrival is put off where no trajectory takes exactly that long."""
 LONGEST = 3.0
 """s; a target that cannot be met within this time counts as out of reach."""
 TARGET_SHARE = 0.99
@@ -87,7 +89,7 @@ def plan_transition(
     arrival = planner.earliest_arrival(longest)
     if arrival is None:
         return _failed(state, f"the target cannot be met within {longest:g} s: {planner.trouble}")
-    return planner.plan(arrival)
+    return planner.plan(arrival, longest)
 
 
 class _Planner:
@@ -145,16 +147,22 @@ class _Planner:
             early, late = (early, middle) if self.suffices(middle) else (middle, late)
         return late
 
-    def plan(self, arrival: float) -> Transition:
-        trajectory = self.calculate(arrival, exactly=True)
-        if trajectory is None:
-            return _failed(self.state, self.trouble)
-        if abs(trajectory.duration - arrival) > _TOLERANCE:
-            return _failed(self.state, f"it would take {trajectory.duration:.3f} s instead of {arrival:.3f} s")
-        beyond = self.beyond_limits(trajectory)
-        if beyond > _TOLERANCE:
-            return _failed(self.state, f"it would pass a joint limit by {beyond:.3g} rad")
-        return Transition(True, arrival, "", self.state, self.meeting(arrival), trajectory)
+    def plan(self, arrival: float, longest: float) -> Transition:
+        """The trajectory that takes exactly as long as the target needs to be there, at `arrival` or later if need be.
+
+        Some durations cannot be had although shorter ones can: a joint must stop and come back to spend the time.
+        """
+        while arrival <= longest:
+            trajectory = self.calculate(arrival, exactly=True)
+            if trajectory is None:
+                return _failed(self.state, self.trouble)
+            if abs(trajectory.duration - arrival) <= _TOLERANCE:
+                beyond = self.beyond_limits(trajectory)
+                if beyond > _TOLERANCE:
+                    return _failed(self.state, f"it would pass a joint limit by {beyond:.3g} rad")
+                return Transition(True, arrival, "", self.state, self.meeting(arrival), trajectory)
+            arrival += LATER
+        return _failed(self.state, f"the target cannot be met at the time that a transition takes, up to {longest:g} s")
 
     def beyond_limits(self, trajectory: ruckig.Trajectory) -> float:
         """How far, rad, it leaves the position limits, more than its start and end do."""
