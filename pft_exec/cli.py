@@ -314,17 +314,18 @@ def _report_figures(report: Mapping[str, Any], out: Path, strict: bool, as_json:
         raise typer.Exit(1)
 
 
-@_command("reproduce table1 --seeds 5")
+@_command("reproduce table1 --seeds 5 --out runs/table1")
 def reproduce(
     what: Annotated[str, typer.Argument(help="Table or figure of the paper: table1, table2, real, all.")],
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 5,
+    out: Annotated[Path | None, typer.Option(help="Folder for the full result and its pictures.")] = None,
     as_json: Json = False,
 ) -> None:
     """Reproduce a table of the paper, ours and its baselines beside the published figures."""
     from pft_exec.evaluation import reproduce as reproduce_tables
 
     with _progress(f"reproducing {what}") as advance:
-        result = reproduce_tables(what, seeds=seeds, progress=advance)
+        result = reproduce_tables(what, seeds=seeds, out=out, progress=advance)
     _print_tables(as_json, result, result["tables"])
 
 
