@@ -36,7 +36,7 @@ def pieces_of(demonstrations: Sequence[Demonstration]) -> list[list[Demonstratio
     cut = []
     for demonstration in demonstrations:
         before = {name: np.atleast_2d(poses)[0] for name, poses in demonstration.objects.items()}
-        cut.append([replace(piece, objects=before) for piece in split_at_keyframes(demonstration)])
+        cut.append([replace(piece, objects=before, keyframes=()) for piece in split_at_keyframes(demonstration)])
     return [list(pieces) for pieces in zip(*cut, strict=True)]
 
 

@@ -109,7 +109,7 @@ class Dong2012Motion:
 
     options: Dong2012Options
     found: tuple[PublishedVariable, ...]
-    forced: Mapping[str, tuple[str, ...]]
+    forced: Mapping[str, Sequence[str]]
     tracks: tuple[_Track, ...]
     objects: tuple[Mapping[str, Array], ...]
     continuous: tuple[str, ...]
@@ -149,7 +149,7 @@ def _track(
 def learn_dong2012(
     demonstrations: Sequence[Demonstration],
     found: Sequence[PublishedVariable],
-    forced: Mapping[str, tuple[str, ...]],
+    forced: Mapping[str, Sequence[str]],
     options: Dong2012Options,
 ) -> Dong2012Motion:
     """Keep what Algorithm 3 needs: the demonstrations, and the variables that Algorithm 2 found."""

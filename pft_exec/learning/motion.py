@@ -35,7 +35,7 @@ class Motion:
     label: str
     demonstrations: tuple[Demonstration, ...]
     method: str
-    relevant: Mapping[str, tuple[str, ...]]
+    relevant: Mapping[str, Sequence[str]]
     variables: MotionVariables
     learned: RobustMotion | Dong2012Motion | None
     options: Mapping[str, Any] = field(default_factory=dict)

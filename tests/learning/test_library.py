@@ -1,0 +1,70 @@
+"""The motion library: grouping, storage, scenes that lack an object."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pft_exec.demonstration import Scene
+from pft_exec.exceptions import LearningError, StorageError, UnknownMotionError
+from pft_exec.learning import METHODS, MotionLibrary, learn_library
+from tests.learning.taught import TRUTH, all_lessons, taught
+
+NEW = taught("reach", np.random.default_rng(99))
+
+
+def test_demonstrations_are_grouped_by_label_in_order_of_appearance() -> None:
+    library = learn_library(all_lessons())
+    assert library.labels == tuple(TRUTH)
+    assert len(library) == 4
+    assert "reach" in library
+    assert [library[label].label for label in library] == list(TRUTH)
+
+
+def test_a_library_of_nothing_is_refused() -> None:
+    with pytest.raises(LearningError, match="got none"):
+        learn_library([])
+
+
+def test_an_unknown_label_is_refused_with_the_nearest_choice() -> None:
+    with pytest.raises(UnknownMotionError, match="Did you mean 'reach'"):
+        learn_library(all_lessons())["reech"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_loaded_library_equals_the_saved_one_bit_for_bit(method: str, tmp_path: Path) -> None:
+    library = learn_library(all_lessons(), method)
+    library.save(tmp_path / "library.h5")
+    loaded = MotionLibrary.load(tmp_path / "library.h5")
+    assert loaded.labels == library.labels
+    assert loaded.describe() == library.describe()
+    saved_tubes, tubes = library.flow_tubes(NEW.scene, NEW.start), loaded.flow_tubes(NEW.scene, NEW.start)
+    for label, tube in tubes.items():
+        np.testing.assert_array_equal(tube.position, saved_tubes[label].position)
+        np.testing.assert_array_equal(tube.covariance, saved_tubes[label].covariance)
+
+
+def test_a_foreign_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "library.h5").write_text("no library")
+    with pytest.raises(StorageError):
+        MotionLibrary.load(tmp_path / "library.h5")
+
+
+def test_a_motion_whose_object_is_missing_is_left_out_with_a_warning() -> None:
+    library = learn_library(all_lessons())
+    with pytest.warns(RuntimeWarning, match="motion 'reach' is left out.*'bottle'"):
+        tubes = library.flow_tubes(Scene({"mat": NEW.scene["mat"]}), NEW.start)
+    assert set(tubes) == set(TRUTH) - {"reach"}
+
+
+def test_a_mirrored_library_has_the_same_motions() -> None:
+    library = learn_library(all_lessons())
+    assert library.mirrored().labels == library.labels
+
+
+def test_the_published_method_regularizes_all_motions_of_a_library_alike() -> None:
+    library = learn_library(all_lessons(), "dong2012")
+    values = {motion.options["regularization"] for motion in library.motions.values()}
+    assert len(values) == 1

@@ -1,0 +1,152 @@
+"""Relevant motion variables: what must be found, what must not, and what must be called ambiguous."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pft_exec.demonstration import Demonstration
+from pft_exec.exceptions import UnknownNameError
+from pft_exec.learning import learn_library, learn_motion
+from tests.learning.taught import TRUTH, all_lessons, lesson, scaled, with_objects
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_exactly_the_true_relations_are_found_and_none_is_ambiguous(seed: int) -> None:
+    library = learn_library(all_lessons(seed))
+    for label, (position, orientation) in TRUTH.items():
+        variables = library[label].variables
+        assert variables.relations() == {
+            "start": {"position": "", "orientation": ""},
+            "end": {"position": position, "orientation": orientation},
+        }
+        assert not variables.ambiguous
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_a_change_of_units_changes_no_decision(factor: float) -> None:
+    for label in TRUTH:
+        demonstrations = lesson(label)
+        one = learn_motion(demonstrations).variables
+        other = learn_motion([scaled(d, factor) for d in demonstrations]).variables
+        assert one.relations() == other.relations()
+        np.testing.assert_allclose(other.end.position.spread, factor * one.end.position.spread, rtol=1e-6)
+
+
+def test_the_order_of_demonstrations_changes_no_decision() -> None:
+    demonstrations = lesson("reach")
+    one, other = learn_motion(demonstrations).variables, learn_motion(demonstrations[::-1]).variables
+    assert one.relations() == other.relations()
+    np.testing.assert_allclose(one.end.position.spread, other.end.position.spread)
+
+
+def test_the_offset_of_a_bottle_that_is_turned_at_random_keeps_the_axes_of_the_world() -> None:
+    decision = learn_motion(lesson("reach")).variables.end.position
+    assert decision.axes == "world"
+    np.testing.assert_allclose(decision.offset, [-0.0435, -0.1118, 0.02], atol=0.006)
+
+
+def test_an_offset_in_the_axes_of_an_object_is_found() -> None:
+    rng = np.random.default_rng(3)
+    found = []
+    for d in lesson("reach"):
+        yaw = rng.uniform(-1.0, 1.0)
+        drawer = np.array([*d.objects["bottle"][:3], 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
+        goal = drawer[:3] + 0.15 * np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        share = np.linspace(0.0, 1.0, len(d))[:, None]
+        position = d.position + share * (goal - d.position[-1] + rng.normal(0.0, 0.003, 3))
+        found.append(replace(d, position=position, objects={"drawer": drawer}))
+    decision = learn_motion(found).variables.end.position
+    assert (decision.frame, decision.axes) == ("drawer", "object")
+
+
+def _always_there(distance: float) -> list[Demonstration]:
+    """`go_home` with a post that never moves, `distance` m beside the place where the motion ends."""
+    post = np.array([0.42, -0.5 + distance, 1.12, 0.0, 0.0, 0.0, 1.0])
+    return [replace(d, objects={"post": post}) for d in lesson("go_home")]
+
+
+def test_an_object_that_never_moved_is_ambiguous_and_counts_where_the_tool_came_close() -> None:
+    near = learn_motion(_always_there(0.03)).variables.end.position
+    assert near.frame == "post"
+    assert near.ambiguous
+    assert "absolute" in near.reason
+
+
+def test_an_object_that_never_moved_far_from_the_end_is_ambiguous_and_the_place_counts() -> None:
+    far = learn_motion(_always_there(0.6)).variables.end.position
+    assert far.frame == "absolute"
+    assert far.ambiguous
+    assert "post" in far.reason
+
+
+def test_directions_are_decided_apart_where_no_single_frame_explains_all() -> None:
+    rng = np.random.default_rng(0)
+    found = []
+    for d in lesson("reach"):
+        shelf = d.objects["bottle"] + np.array([0.0, 0.0, rng.uniform(-0.15, 0.15), 0, 0, 0, 0])
+        found.append(replace(d, objects={"bottle": shelf}))
+    decision = learn_motion(found).variables.end.position
+    assert decision.directions == ("bottle", "bottle", "absolute")
+    assert decision.frame == "bottle"
+    assert not decision.ambiguous
+
+
+def test_a_hundred_objects_do_not_hide_the_one_that_matters() -> None:
+    variables = learn_motion(with_objects(lesson("reach"), 100)).variables
+    assert variables.end.position.frame == "bottle"
+    assert variables.start.position.frame == ""
+
+
+def test_a_carried_object_is_reported_and_does_not_explain_the_end() -> None:
+    found = []
+    for d in lesson("put_on_table"):
+        assert d.quaternion is not None
+        box = np.hstack([d.position - [0.0, 0.0, 0.05], np.tile([0.0, 0.0, 0.0, 1.0], (len(d), 1))])
+        found.append(replace(d, quaternion=None, objects={"box": box, "mat": d.objects["mat"]}))
+    variables = learn_motion(found).variables
+    assert variables.carried == ("box",)
+    assert variables.end.position.frame == "mat"
+    assert variables.start.position.frame == "box"
+
+
+def test_each_decision_can_be_overruled() -> None:
+    overrules = {"end": ["mat"], "end.orientation": ["start"], "start": ["absolute"]}
+    motion = learn_motion(lesson("reach"), relevant=overrules)
+    assert motion.variables.relations() == {
+        "start": {"position": "absolute", "orientation": ""},
+        "end": {"position": "mat", "orientation": "start"},
+    }
+    assert motion.variables.end.position.overruled
+    assert learn_motion(lesson("reach"), relevant={"end": []}).variables.end.position.frame == ""
+
+
+@pytest.mark.parametrize(("relevant", "choice"), [({"ende": ["mat"]}, "'end'"), ({"end": ["matt"]}, "'mat'")])
+def test_an_unknown_end_or_frame_is_refused_with_the_nearest_choice(
+    relevant: dict[str, list[str]], choice: str
+) -> None:
+    with pytest.raises(UnknownNameError, match=f"Did you mean {choice}"):
+        learn_motion(lesson("reach"), relevant=relevant)
+
+
+def test_a_start_cannot_be_relative_to_itself() -> None:
+    with pytest.raises(UnknownNameError, match="start"):
+        learn_motion(lesson("reach"), relevant={"start": ["start"]})
+
+
+def test_decisions_read_as_sentences_with_their_numbers() -> None:
+    text = learn_motion(lesson("reach")).describe()
+    line = next(row for row in text.splitlines() if "bottle (spread" in row)
+    assert line.startswith("`reach` ends 0.12 m ")
+    assert "absolute" in line
+    assert "mm" in line
+
+
+def test_decisions_are_plain_data() -> None:
+    plain = learn_motion(lesson("reach")).variables.to_dict()
+    assert json.loads(json.dumps(plain))["end"]["position"]["frame"] == "bottle"
+    assert plain["discrete"] == {"closed": {"start": 0, "end": 1}}
+    assert plain["continuous"]["width"]["end"] == pytest.approx(0.03)
