@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.interpolate import PchipInterpolator
 from scipy.linalg import solveh_banded
 
@@ -79,10 +80,8 @@ class JointTrajectory:
 
     def _spline(self, theta: float) -> tuple[Array, Array, Array]:
         """Position, slope and curvature (n,) at a tube time: rad, rad/s, rad/s^2."""
-        place = (theta - self.start) / GRID
-        index = min(max(int(place), 0), len(self.points) - 4)
-        q, slope, curvature = _basis(place - index) @ self.points[index : index + 4]
-        return q, slope / GRID, curvature / GRID**2
+        state = evaluate_spline(self.points, (theta - self.start) / GRID)
+        return state[0], state[1] / GRID, state[2] / GRID**2
 
 
 def plan_joint_trajectory(arm: Arm, tube: FlowTube, q: Array, phase: float = 0.0, pace: float = 1.0) -> JointTrajectory:
@@ -192,13 +191,17 @@ def stopping_time(position: Array, quaternion: Array) -> float:
     return max(SHORTEST_STOP, float(moved) / (2.0 * GRID) / STOPPING_ACCELERATION)
 
 
-def _basis(u: float) -> Array:
-    """Values, first and second derivatives (3, 4) of the four cubic B-splines over one interval, u in [0, 1]."""
+@njit(cache=True)
+def evaluate_spline(points: Array, place: float) -> Array:
+    """Value and first two derivatives (3, n) of a uniform cubic B-spline (P, n), `place` in [0, P - 3] intervals."""
+    index = min(max(int(place), 0), len(points) - 4)
+    u = place - index
     w = 1.0 - u
-    return np.array(
-        [
-            [w**3 / 6.0, (4.0 - 6.0 * u**2 + 3.0 * u**3) / 6.0, (4.0 - 6.0 * w**2 + 3.0 * w**3) / 6.0, u**3 / 6.0],
-            [-(w**2) / 2.0, 1.5 * u**2 - 2.0 * u, 2.0 * w - 1.5 * w**2, u**2 / 2.0],
-            [w, 3.0 * u - 2.0, 3.0 * w - 2.0, u],
-        ]
-    )
+    state = np.empty((3, points.shape[1]))
+    for j in range(points.shape[1]):
+        a, b, c, d = points[index, j], points[index + 1, j], points[index + 2, j], points[index + 3, j]
+        middle = b * (4.0 - 6.0 * u**2 + 3.0 * u**3) + c * (4.0 - 6.0 * w**2 + 3.0 * w**3)
+        state[0, j] = (a * w**3 + middle + d * u**3) / 6.0
+        state[1, j] = 0.5 * ((d - b) * u**2 + (c - a) * w**2) + 2.0 * u * w * (c - b)
+        state[2, j] = w * (a - 2.0 * b + c) + u * (b - 2.0 * c + d)
+    return state

@@ -10,6 +10,7 @@ whatever the state: :math:`\ddot q = M^{-1} (\tau - h)` for any torque in the bo
 .. math:: V = \{ |v| \le v_m,\; q + v_+^2 / 2 b \le q_u,\; q - v_-^2 / 2 b \ge q_l \},
 
 with braking deceleration b <= a_m, the acceleration limit, and v+, v- the parts of v towards either end.
+References keep a_m themselves; the program may go beyond it, by `AUTHORITY`, to answer what was not foreseen.
 `acceleration_bounds` gives the interval of accelerations that, held for one control period h, lead from V into V.
 
 *It is never empty in V*, if the joint's range is at least 4 b h^2 and b h <= v_m. Take v >= 0 (else mirror). Consider
@@ -22,8 +23,8 @@ the joint by less than b h^2, towards the middle, at unchanged speed. (The speed
 is the largest allowed acceleration as far as the upper end goes, the lower bound the smallest as far as the lower end
 goes, and all between them are allowed too.
 
-*Outside V* (a hand pushed the joint there, or a sensor is noisy) each bound turns into the strongest recovery that the
-acceleration limit allows, and where both ends ask for the impossible, the lower bound gives way to the upper one.
+*Outside V* (a hand pushed the joint there, or a sensor is noisy) each bound asks for the recovery that is needed, as
+far as that authority goes, and where both ends ask for the impossible, the lower bound gives way to the upper one.
 The interval is never empty. Torque may forbid braking at that rate, so in the program these bounds are soft.
 
 The braking-distance bounds follow [DelPrete2018]_; the proof and the treatment outside V are ours.
@@ -42,6 +43,9 @@ from pft_exec.model import JointLimits
 
 BRAKING_SHARE = 0.8
 """Share of the acceleration limit that braking counts on; the rest is room for the tracking error."""
+AUTHORITY = 10.0
+"""Multiple of the acceleration limit that the feedback may use. A quarter of a newton metre of unforeseen friction
+accelerates a wrist by the whole limit: with 1, the tool strays by centimetres and the arm stiffens under a push."""
 RETURN_TIME = 0.05
 """s; a joint beyond its limit returns with this time constant: 0.01 rad are down to 0.2 mrad in 0.2 s."""
 _TINY = 1e-12
@@ -121,4 +125,4 @@ def largest_acceleration(room: float, v: float, speed: float, acceleration: floa
     else:
         bound = -(v**2) / max(2.0 * room, _TINY)
     bound = min(bound, (speed - v) / period)
-    return max(-acceleration, min(bound, acceleration))
+    return max(-AUTHORITY * acceleration, min(bound, AUTHORITY * acceleration))

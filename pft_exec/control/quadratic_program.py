@@ -12,6 +12,7 @@ softness :math:`\epsilon` has no unit. Where the hard and soft rows can all hold
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -54,7 +55,7 @@ class QuadraticProgram:
     @property
     def is_finite(self) -> bool:
         """Whether cost and rows are finite numbers and no bound is NaN; a solver may call NaN a success."""
-        finite = np.isfinite(self.H).all() and np.isfinite(self.c).all() and np.isfinite(self.G).all()
+        finite = math.isfinite(self.H.sum() + self.c.sum() + self.G.sum())
         return bool(finite and (self.lower <= self.upper).all())
 
     def row_values(self, x: Array) -> Array:

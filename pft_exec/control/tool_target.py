@@ -1,7 +1,7 @@
 r"""The tool target: forward kinematics of a joint reference, and the measured tool's error from it.
 
 The error is (position in base axes; rotation vector of ``reference^-1 * tool`` in the reference tool frame), as in the
-covariance of a tube. Gains and weights of a tube are turned into base axes for the program.
+covariance of a tube. Gains and weights of a tube hold in these mixed axes; `ToolTarget` turns them into base axes.
 """
 
 from __future__ import annotations
@@ -23,46 +23,51 @@ class ToolTarget:
     Parameters
     ----------
     position, quaternion : (3,), m, and (4,), (x, y, z, w), base frame
+    rotation : (3, 3)
+        Of the tool frame in the base frame.
     velocity, acceleration : (6,), m/s and rad/s, m/s^2 and rad/s^2
         Linear then angular, base frame.
     """
 
     position: Array
     quaternion: Array
+    rotation: Array
     velocity: Array
     acceleration: Array
 
-    @property
-    def rotation(self) -> Array:
-        """Rotation matrix (3, 3) of the tool in the base frame."""
-        matrix: Array = pinocchio.Quaternion(self.quaternion).toRotationMatrix()
-        return matrix
-
     def error(self, measured: ArmDynamics) -> Array:
-        """Error (6,), m and rad, of the measured tool, rotation in the target's tool frame."""
-        tool = pinocchio.Quaternion(measured.quaternion).toRotationMatrix()
-        return np.concatenate([measured.position - self.position, pinocchio.log3(self.rotation.T @ tool)])
-
-    def feedback(self, gain: Array, measured: ArmDynamics) -> Array:
-        """Tool acceleration (6,), base frame, that a gain (6, 12) answers the measured tool's error with."""
-        rotation = self.rotation
+        """Error (12,) of the measured tool, m and rad, then m/s and rad/s; linear in base, angular in tool axes."""
+        back = self.rotation.T
         rate = measured.velocity - self.velocity
-        state = np.concatenate([self.error(measured), rate[:3], rotation.T @ rate[3:]])
-        answer = gain @ state
-        answer[3:] = rotation @ answer[3:]
-        feedback: Array = -answer
-        return feedback
+        error = np.empty(12)
+        error[:3] = measured.position - self.position
+        error[3:6] = pinocchio.log3(back @ _rotation(measured.quaternion))
+        error[6:9] = rate[:3]
+        error[9:] = back @ rate[3:]
+        return error
+
+    def corrected(self, gain: Array, error: Array) -> Array:
+        """Tool acceleration (6,), base frame, that a gain (6, 12) asks for at an error (12,)."""
+        answer = gain @ error
+        answer[3:] = self.rotation @ answer[3:]
+        corrected: Array = self.acceleration - answer
+        return corrected
 
     def weight_in_base(self, weight: Array) -> Array:
-        """Weight (6, 6) with angular rows and columns turned from the tool's into base axes."""
-        turn = np.eye(6)
-        turn[3:, 3:] = self.rotation
-        turned: Array = turn @ weight @ turn.T
+        """Weight (6, 6) with angular rows and columns turned from tool into base axes."""
+        rotation, turned = self.rotation, weight.copy()
+        turned[:, 3:] = turned[:, 3:] @ rotation.T
+        turned[3:] = rotation @ turned[3:]
         return turned
 
 
 def tool_target(arm: Arm, reference: JointReference) -> ToolTarget:
     """Tool target of a joint reference."""
-    dynamics = arm.dynamics(reference.configuration, reference.velocity)
-    acceleration = dynamics.jacobian @ reference.acceleration + dynamics.jacobian_drift
-    return ToolTarget(dynamics.position, dynamics.quaternion, dynamics.velocity, acceleration)
+    tool = arm.dynamics(reference.configuration, reference.velocity)
+    acceleration = tool.jacobian @ reference.acceleration + tool.jacobian_drift
+    return ToolTarget(tool.position, tool.quaternion, _rotation(tool.quaternion), tool.velocity, acceleration)
+
+
+def _rotation(quaternion: Array) -> Array:
+    matrix: Array = pinocchio.Quaternion(quaternion).toRotationMatrix()
+    return matrix

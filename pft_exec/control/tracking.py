@@ -11,8 +11,8 @@ from pft_exec.control.compliance import Compliance
 from pft_exec.control.friction import friction_torque
 from pft_exec.control.gravity_compensation import TEACH_DAMPING, GravityCompensation
 from pft_exec.control.limits import acceleration_bounds, torque_constraint
-from pft_exec.control.objectives import posture_objective, tool_objective
-from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
+from pft_exec.control.objectives import Objective, posture_objective, tool_objective
+from pft_exec.control.quadratic_program import Solution, assemble
 from pft_exec.control.reference import JointReference, Reference
 from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tool_target import ToolTarget, tool_target
@@ -94,12 +94,20 @@ class TrackingController:
         tool = tool_target(self.arm, reference)
         dynamics = self.arm.dynamics(q, v)
         load = dynamics.bias - self.arm.counterbalance(q) + self._blended(time, reference.velocity, v)
-        program = self._program(reference, tool, self._compliance, dynamics, load, q, v)
+        error = tool.error(dynamics)
+        tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics)
+        posture = posture_objective(posture_acceleration(reference, q, v))
+        limits = self.arm.limits
+        program = assemble(
+            tracking + posture,
+            acceleration_bounds(limits, self.control_period, q, v),
+            [torque_constraint(dynamics.mass_matrix, load, limits.torque)],
+        )
         solution = self._solver.solve(program)
         if not solution.found:
             return self._stop(time, q, v, f"no solution: {solution.status}")
         torque = dynamics.mass_matrix @ solution.x + load
-        return self._command(torque, solution, reference, tool, tool.error(dynamics))
+        return self._command(torque, solution, reference, tool, error)
 
     def _blended(self, time: float, reference_velocity: Array, v: Array) -> Array:
         """Friction feed-forward coming in and damping of teaching going out, (n,), N m."""
@@ -109,30 +117,12 @@ class TrackingController:
         blended: Array = share * forward - (1.0 - share) * TEACH_DAMPING * v
         return blended
 
-    def _program(
-        self,
-        reference: JointReference,
-        tool: ToolTarget,
-        compliance: Compliance,
-        dynamics: ArmDynamics,
-        load: Array,
-        q: Array,
-        v: Array,
-    ) -> QuadraticProgram:
-        gain, weight = compliance.at(reference.phase)
-        tracking = tool_objective(
-            dynamics.jacobian,
-            dynamics.jacobian_drift,
-            tool.acceleration + tool.feedback(gain, dynamics),
-            tool.weight_in_base(weight),
-        )
-        posture = posture_objective(posture_acceleration(reference, q, v))
-        limits = self.arm.limits
-        return assemble(
-            tracking + posture,
-            acceleration_bounds(limits, self.control_period, q, v),
-            [torque_constraint(dynamics.mass_matrix, load, limits.torque)],
-        )
+    def _tracking(
+        self, compliance: Compliance, phase: float, tool: ToolTarget, error: Array, dynamics: ArmDynamics
+    ) -> Objective:
+        gain, weight = compliance.at(phase)
+        wanted = tool.corrected(gain, error)
+        return tool_objective(dynamics.jacobian, dynamics.jacobian_drift, wanted, tool.weight_in_base(weight))
 
     def _command(
         self, torque: Array, solution: Solution, reference: JointReference, tool: ToolTarget, error: Array
@@ -140,7 +130,9 @@ class TrackingController:
         limit, size = self.arm.limits.torque, len(torque)
         active = np.abs(solution.multipliers) > ACTIVE
         return Command(
-            torque=np.clip(torque, -limit, limit),  # the program holds it there already, but for rounding
+            torque=np.minimum(
+                np.maximum(torque, -limit), limit
+            ),  # the program holds it there already, but for rounding
             acceleration=solution.x,
             configuration=reference.configuration,
             velocity=reference.velocity,
@@ -148,7 +140,7 @@ class TrackingController:
             position=tool.position,
             quaternion=tool.quaternion,
             phase=reference.phase,
-            error=error,
+            error=error[:6],
             torque_active=active[size : 2 * size],
             bound_active=active[:size],
             status=solution.status,

@@ -62,6 +62,11 @@ class PolicySettings:
         For which they must have been close before the robot asks.
     ask_phase : float
         Phase from which it asks at once, as long as the two are close.
+
+    Raises
+    ------
+    ControlError
+        If a probability or a time is none.
     """
 
     threshold: float = 0.95

@@ -1,0 +1,144 @@
+r"""Taking back: the person's force at the tool, felt in the joints, ends the robot's authority.
+
+No force sensor is needed. What the motors, springs, friction and gravity do not explain of the joints' motion must come
+from outside:
+
+.. math:: r \leftarrow r + (1 - e^{-\lambda h})\,(M \tfrac{\Delta v}{h} + b - \tau - \tau_{cb} + f - r),
+
+the generalized momentum observer [DeLuca2005]_ in discrete time, with control period h and bandwidth :math:`\lambda`.
+The force at the tool is the least-squares solution of :math:`J^T F = r`, weighed by the inverse inertia.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pft_exec.exceptions import ControlError
+from pft_exec.geometry import Array
+from pft_exec.model import Arm, ArmDynamics
+
+BANDWIDTH = 100.0
+"""1/s; half of a sudden force is seen after 7 ms."""
+THRESHOLD = 15.0
+"""N; unmodelled friction and half a kilogram of payload stay below 10 N."""
+HOLD_TIME = 0.005
+"""s for which the force must last: an impact is shorter."""
+_SMOOTHING_SPEED = 0.05  # rad/s; the sign of a slower measured velocity is uncertain
+
+
+@dataclass(frozen=True, eq=False)
+class ExternalForce:
+    """What the arm feels from outside.
+
+    Parameters
+    ----------
+    torque : (n,), N m
+        At the joints.
+    force : (3,), N
+        At the tool, base frame.
+    moment : (3,), N m
+        At the tool, base frame.
+    """
+
+    torque: Array
+    force: Array
+    moment: Array
+
+
+class ForceObserver:
+    """Estimate the force from outside, once per control period.
+
+    Parameters
+    ----------
+    arm : Arm
+    control_period : float, s
+    bandwidth : float, 1/s
+
+    Raises
+    ------
+    ControlError
+        If period or bandwidth is not positive.
+    """
+
+    def __init__(self, arm: Arm, control_period: float, bandwidth: float = BANDWIDTH) -> None:
+        if not (control_period > 0.0 and bandwidth > 0.0):
+            raise ControlError(
+                f"control period (s) and bandwidth (1/s) must be positive; got {control_period}, {bandwidth}."
+            )
+        self.arm = arm
+        self.control_period = control_period
+        self._share = 1.0 - math.exp(-bandwidth * control_period)
+        self._residual = np.zeros(len(arm.joint_names))
+        self._before: tuple[ArmDynamics, Array, Array] | None = None
+        self._estimate = ExternalForce(self._residual, np.zeros(3), np.zeros(3))
+
+    def update(self, q: Array, v: Array, torque: Array) -> ExternalForce:
+        """Estimate from a measured state and the motor torque that is commanded at it.
+
+        Parameters
+        ----------
+        q, v : (n,), rad, rad/s
+            Measured; one that is not finite leaves the estimate as it is.
+        torque : (n,), N m
+            Held from now until the next call.
+        """
+        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+            self._before = None
+            return self._estimate
+        dynamics = self.arm.dynamics(q, v)
+        if self._before is not None:
+            before, speed, explained = self._before
+            unexplained = before.mass_matrix @ (v - speed) / self.control_period - explained
+            self._residual = self._residual + self._share * (unexplained - self._residual)
+        self._before = dynamics, np.array(v), torque + self.arm.counterbalance(q) - dynamics.bias - self._friction(v)
+        wrench = tool_wrench(dynamics, self._residual)
+        self._estimate = ExternalForce(self._residual, wrench[:3], wrench[3:])
+        return self._estimate
+
+    def _friction(self, v: Array) -> Array:
+        friction = self.arm.friction
+        torque: Array = friction.coulomb * np.tanh(v / _SMOOTHING_SPEED) + friction.viscous * v
+        return torque
+
+
+def tool_wrench(dynamics: ArmDynamics, torque: Array) -> Array:
+    """Wrench (6,) at the tool, N and N m, base frame, that explains joint torques (n,) best."""
+    mobility = np.linalg.solve(dynamics.mass_matrix, dynamics.jacobian.T)
+    damped = dynamics.jacobian @ mobility + 1e-9 * np.eye(6)
+    wrench: Array = np.linalg.solve(damped, mobility.T @ torque).astype(float)
+    return wrench
+
+
+class TakeBack:
+    """Notice that the person takes the arm back.
+
+    Parameters
+    ----------
+    threshold : float, N
+    hold_time : float, s
+
+    Raises
+    ------
+    ControlError
+        If the threshold is not positive or the time negative.
+    """
+
+    def __init__(self, threshold: float = THRESHOLD, hold_time: float = HOLD_TIME) -> None:
+        if not (threshold > 0.0 and hold_time >= 0.0):
+            raise ControlError(
+                f"threshold (N) must be positive and hold time (s) not negative; got {threshold}, {hold_time}."
+            )
+        self.threshold = threshold
+        self.hold_time = hold_time
+        self._since: float | None = None
+
+    def update(self, time: float, force: Array) -> bool:
+        """Whether a force (3,), N, has been above the threshold for the hold time, at a time, s."""
+        if float(np.linalg.norm(force)) < self.threshold:
+            self._since = None
+            return False
+        self._since = time if self._since is None else self._since
+        return time - self._since >= self.hold_time

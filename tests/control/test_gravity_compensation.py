@@ -1,0 +1,78 @@
+"""Gravity compensation: holds still, damps, turns back at walls, and never exceeds a limit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pft_exec.control import GravityCompensation
+from pft_exec.control.gravity_compensation import WALL_MARGIN
+from tests.control.plant import Plant
+
+
+@pytest.fixture
+def floating(arm):
+    return GravityCompensation(arm)
+
+
+def test_arm_at_rest_stays_for_a_second(arm, start, floating):
+    plant = Plant(arm, start, friction=0.0)
+    for step in range(1000):
+        plant.step(floating.update(0.001 * step, plant.q, plant.v).torque)
+    np.testing.assert_allclose(plant.q, start, atol=1e-9)
+
+
+def test_motion_dies_out(arm, start, floating):
+    plant = Plant(arm, start, np.full(7, 0.2), friction=0.0)
+    energy = []
+    for step in range(500):
+        energy.append(plant.v @ arm.mass_matrix(plant.q) @ plant.v)
+        plant.step(floating.update(0.001 * step, plant.q, plant.v).torque)
+    assert energy[-1] < 0.7 * energy[0]
+    assert (np.diff(energy) <= 1e-4 * energy[0]).all()
+
+
+def test_wall_turns_a_pushed_joint_back_before_it_is_far_beyond_its_limit(arm, start, floating):
+    q = np.array(start)
+    q[1] = arm.limits.upper[1] - 0.06
+    plant = Plant(arm, q, np.eye(7)[1] * 0.5)
+    beyond = []
+    for step in range(600):
+        plant.step(floating.update(0.001 * step, plant.q, plant.v).torque)
+        beyond.append(plant.q[1] - arm.limits.upper[1])
+    assert max(beyond) <= 0.01
+    assert beyond[-1] <= 0.0
+
+
+def test_wall_is_silent_away_from_the_limits(arm, start, floating):
+    expected = arm.gravity(start) - arm.counterbalance(start)
+    assert arm.limits.margin(start).min() > WALL_MARGIN
+    np.testing.assert_allclose(floating.torque(start, np.zeros(7)), expected, atol=1e-12)
+
+
+def test_torque_never_exceeds_its_limit(arm, floating):
+    generator = np.random.default_rng(0)
+    for _ in range(300):
+        q = generator.uniform(-3.0, 3.0, 7)
+        command = floating.update(0.0, q, generator.normal(0.0, 50.0, 7))
+        assert (np.abs(command.torque) <= arm.limits.torque).all()
+        assert command.torque_active.any() == (np.abs(command.torque) >= arm.limits.torque).any()
+
+
+@pytest.mark.parametrize("spoiled", ["configuration", "velocity"])
+def test_a_measurement_that_is_not_finite_holds_the_last_good_configuration(arm, start, floating, spoiled):
+    before = floating.update(0.0, start, np.zeros(7))
+    q, v = start.copy(), np.zeros(7)
+    (q if spoiled == "configuration" else v)[3] = np.nan
+    after = floating.update(0.001, q, v)
+    np.testing.assert_array_equal(after.torque, before.torque)
+    assert ("not finite" in after.status) == (spoiled == "configuration")
+
+
+def test_payload_is_carried_where_the_arm_knows_it(arm, start):
+    loaded = arm.with_payload(0.5)
+    plant = Plant(loaded, start, friction=0.0)
+    controller = GravityCompensation(loaded)
+    for step in range(300):
+        plant.step(controller.update(0.001 * step, plant.q, plant.v).torque)
+    np.testing.assert_allclose(plant.q, start, atol=1e-9)

@@ -1,0 +1,31 @@
+"""The time law: constant rate, a smooth stop, and the derivatives it claims."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pft_exec.control.time_law import TimeLaw
+
+
+@pytest.mark.parametrize("law", [TimeLaw(0.0, 2.0), TimeLaw(0.5, 2.0, 0.7, 0.4), TimeLaw(1.9, 2.0, 1.5, 0.5)])
+def test_rate_and_change_are_the_derivatives(law):
+    step = 1e-6
+    for time in np.linspace(0.01, law.duration - 0.003, 50):
+        before, now, after = law.at(time - step), law.at(time), law.at(time + step)
+        assert (after[0] - before[0]) / (2 * step) == pytest.approx(now[1], abs=1e-6)
+        assert (after[1] - before[1]) / (2 * step) == pytest.approx(now[2], abs=1e-3)
+
+
+def test_it_begins_at_the_beginning_and_rests_at_the_end():
+    law = TimeLaw(0.5, 2.0, 1.2, 0.3)
+    assert law.at(0.0) == (0.5, 1.2, 0.0)
+    assert law.at(law.duration) == (2.0, 0.0, 0.0)
+    assert law.at(1e9) == (2.0, 0.0, 0.0)
+    theta, rate, change = law.at(law.duration - 1e-6)
+    assert (theta, rate, change) == pytest.approx((2.0, 0.0, 0.0), abs=1e-4)
+
+
+def test_stop_costs_half_of_its_time():
+    assert TimeLaw(0.0, 2.0, 1.0, 0.4).duration == pytest.approx(2.2)
+    assert TimeLaw(2.0, 2.0).at(0.0) == (2.0, 0.0, 0.0)

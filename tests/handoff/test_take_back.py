@@ -1,0 +1,87 @@
+"""Taking back: the force from outside is felt in the joints, quickly, and only when it is meant."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pft_exec.exceptions import ControlError
+from pft_exec.handoff import ForceObserver, TakeBack
+from pft_exec.handoff.take_back import tool_wrench
+from tests.control.plant import Plant
+
+
+def estimates(arm, plant, force, duration=0.1, period=0.001):
+    """Forces (T, 3), N, that an observer sees while gravity is compensated and a force acts."""
+    observer, seen = ForceObserver(arm, period), []
+    for _ in range(round(duration / period)):
+        torque = arm.gravity(plant.q) - arm.counterbalance(plant.q)
+        seen.append(observer.update(plant.q, plant.v, torque).force)
+        plant.step(torque, force)
+    return np.array(seen)
+
+
+def frictionless(arm):
+    bare = arm.with_payload(0.0)
+    bare.friction = type(arm.friction)(np.zeros(7), np.zeros(7))
+    return bare
+
+
+def test_without_a_force_nothing_is_felt(arm, start):
+    seen = estimates(frictionless(arm), Plant(arm, start, np.full(7, 0.1), friction=0.0), np.zeros(3))
+    assert np.abs(seen).max() <= 0.3
+
+
+def test_a_force_is_felt_with_its_size_and_direction(arm, start):
+    force = np.array([10.0, -15.0, 5.0])
+    seen = estimates(frictionless(arm), Plant(arm, start, friction=0.0), force)
+    np.testing.assert_allclose(seen[60], force, atol=1.0)
+
+
+def test_half_of_a_sudden_force_is_seen_after_eight_milliseconds(arm, start):
+    seen = estimates(frictionless(arm), Plant(arm, start, friction=0.0), np.array([0.0, 20.0, 0.0]))
+    assert seen[8, 1] >= 10.0
+
+
+def test_joint_torques_of_a_wrench_give_the_wrench_back(arm, start):
+    dynamics, wrench = arm.dynamics(start, np.zeros(7)), np.array([3.0, -2.0, 1.0, 0.3, 0.2, -0.1])
+    np.testing.assert_allclose(tool_wrench(dynamics, dynamics.jacobian.T @ wrench), wrench, atol=1e-5)
+
+
+def test_a_measurement_that_is_not_finite_leaves_the_estimate_as_it_was(arm, start):
+    observer = ForceObserver(arm, 0.001)
+    torque = arm.gravity(start) - arm.counterbalance(start)
+    observer.update(start, np.zeros(7), torque)
+    before = observer.update(start, np.full(7, 1e-3), torque)
+    spoiled = np.array(start)
+    spoiled[0] = np.nan
+    np.testing.assert_array_equal(observer.update(spoiled, np.zeros(7), torque).force, before.force)
+    assert np.isfinite(observer.update(start, np.zeros(7), torque).force).all()
+
+
+def test_a_lasting_force_above_the_threshold_takes_back_and_an_impact_does_not():
+    take_back = TakeBack(threshold=15.0, hold_time=0.005)
+    strong, weak = np.array([0.0, 16.0, 0.0]), np.array([14.0, 0.0, 0.0])
+    assert [take_back.update(0.001 * k, strong) for k in range(7)] == [False] * 5 + [True] * 2
+    assert not take_back.update(0.010, weak)
+    assert not take_back.update(0.011, strong)
+
+
+def test_a_push_of_twenty_newtons_takes_back_within_twenty_milliseconds(arm, start):
+    """On the arm as it is, with its dry friction."""
+    seen = estimates(arm, Plant(arm, start), np.array([0.0, 25.0, 0.0]))
+    take_back = TakeBack()
+    first = next(k for k, force in enumerate(seen) if take_back.update(0.001 * k, force))
+    assert first <= 20
+
+
+@pytest.mark.parametrize("wrong", [{"control_period": 0.0}, {"control_period": 0.001, "bandwidth": -1.0}])
+def test_a_period_or_bandwidth_that_is_not_positive_is_refused(arm, wrong):
+    with pytest.raises(ControlError, match="must be positive"):
+        ForceObserver(arm, **wrong)
+
+
+@pytest.mark.parametrize("wrong", [{"threshold": 0.0}, {"hold_time": -1.0}])
+def test_an_impossible_threshold_is_refused(wrong):
+    with pytest.raises(ControlError, match="threshold"):
+        TakeBack(**wrong)
