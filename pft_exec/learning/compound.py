@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pft_exec.demonstration import Demonstration
 from pft_exec.demonstration.segmentation import split_at_keyframes
@@ -66,12 +67,25 @@ def _shifted(times: Sequence[Array]) -> list[Array]:
     return shifted
 
 
+def _discrete(tubes: Sequence[FlowTube], name: str, values: NDArray[np.int64]) -> Array:
+    """Probabilities (N, V) of the values that any segment showed; one imagined demonstration where one did not."""
+    parts = []
+    for tube in tubes:
+        shown = np.full((len(tube), len(values)), 1.0 / (tube.count + len(values)))
+        shown[:, np.searchsorted(values, tube.discrete_values[name])] = tube.discrete[name]
+        parts.append(shown / shown.sum(axis=1, keepdims=True))
+    return _joined(parts)
+
+
 def join_tubes(label: str, tubes: Sequence[FlowTube]) -> FlowTube:
     """One flow tube that runs through several."""
 
     def signals(name: str) -> dict[str, Array]:
         return {key: _joined([getattr(tube, name)[key] for tube in tubes]) for key in getattr(tubes[0], name)}
 
+    values = {
+        name: np.unique(np.concatenate([tube.discrete_values[name] for tube in tubes])) for name in tubes[0].discrete
+    }
     turns = [tube.quaternion for tube in tubes if tube.quaternion is not None]
     aligned = [tube.aligned for tube in tubes if tube.aligned is not None]
     aligned_turns = [a.quaternion for a in aligned if a.quaternion is not None]
@@ -85,8 +99,8 @@ def join_tubes(label: str, tubes: Sequence[FlowTube]) -> FlowTube:
         _joined(deviations),
         signals("continuous"),
         signals("continuous_deviation"),
-        signals("discrete"),
-        tubes[0].discrete_values,
+        {name: _discrete(tubes, name, values[name]) for name in values},
+        values,
         tubes[0].count,
         AlignedDemonstrations(
             _joined([a.position for a in aligned], axis=1),
