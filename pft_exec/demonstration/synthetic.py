@@ -38,7 +38,7 @@ class HumanStyle:
     wobble : float, rad
         Standard deviation of the orientation's deviation in the middle, per axis.
     pace : float
-        Standard deviation of the logarithm of the duration; never more than twice that off.
+        Standard deviation of the logarithm of the duration; never more than 1.5 times that off.
     pause_probability : float
         How likely a path holds a pause.
     pause : (float, float), s
@@ -190,7 +190,7 @@ def human_path(
     axes = np.array([1.0, 1.0, 0.0 if planar else 1.0])
     turning = 0.0 if planar else 1.0
     steps, turns = np.diff(positions, axis=0), relative_rotation_vector(quaternions[:-1], quaternions[1:])
-    pace = np.exp(style.pace * np.clip(rng.standard_normal(), -2.0, 2.0))
+    pace = np.exp(style.pace * np.clip(rng.standard_normal(), -1.5, 1.5))
     steps[-1] += style.end_error * axes * rng.standard_normal(3)
     turns[-1] += style.end_angle * turning * rng.standard_normal(3)
     onsets, spans = _timing(durations * pace, style.overlap)
