@@ -19,7 +19,9 @@ TEACH_DAMPING = 0.5
 WALL_MARGIN = 0.05
 """rad before the soft limit at which the wall begins."""
 WALL_SHARE = 0.5
-"""Share of a joint's torque that the wall pushes with at the limit itself."""
+"""Share of a joint's torque limit that the wall pushes with at the soft limit itself."""
+WALL_DAMPING = 2.0
+"""N m s/rad; of motion into the wall, so that the arm is not thrown back."""
 
 
 class GravityCompensation:
@@ -29,62 +31,47 @@ class GravityCompensation:
     ----------
     arm : Arm
     damping : float, N m s/rad
-        Of every joint; scaled down where a joint's torque limit is below 10 N m.
+        Of every joint.
     """
 
     def __init__(self, arm: Arm, damping: float = TEACH_DAMPING) -> None:
         self.arm = arm
-        self.damping = np.full(len(arm.joint_names), damping)
-        self._last = np.zeros(len(arm.joint_names))
-        self._seen = False
+        self.damping = damping
+        self._zero = np.zeros(len(arm.joint_names))
+        self._last = self._zero
+        self._lowest, self._highest = arm.limits.lower + WALL_MARGIN, arm.limits.upper - WALL_MARGIN
 
     def update(self, time: float, q: Array, v: Array, status: str = "gravity compensation") -> Command:
-        """Torque for one control period.
+        """Torque for one control period; never raises.
 
         Parameters
         ----------
         time : float, s
         q, v : (n,), rad, rad/s
-            Measured. Where one is not finite, the last good configuration holds and there is no damping.
+            Measured. Where one is not finite, the last good configuration is held up, without damping.
         status : str
             Passed on to the command.
         """
         del time
-        if np.isfinite(q).all():
-            self._last = np.array(q, dtype=float)
-        else:
-            status, v = f"{status}; configuration not finite", np.zeros_like(self._last)
-        speed = v if np.isfinite(v).all() else np.zeros_like(self._last)
-        return self._command(self._last, speed, status)
-
-    def torque(self, q: Array, v: Array) -> Array:
-        """Torque (n,), N m, before anything is clipped away, at a finite state."""
-        floating: Array = self.arm.gravity(q) - self.arm.counterbalance(q) - self.damping * v - self._wall(q, v)
-        return floating
-
-    def _wall(self, q: Array, v: Array) -> Array:
-        """Torque (n,), N m, of the walls before the soft limits, away from the middle."""
-        limits = self.arm.limits
-        above = np.maximum(q - (limits.upper - WALL_MARGIN), 0.0)
-        below = np.maximum(limits.lower + WALL_MARGIN - q, 0.0)
-        stiffness = WALL_SHARE * limits.torque / WALL_MARGIN
-        outward = (above > 0.0) * np.maximum(v, 0.0) + (below > 0.0) * np.minimum(v, 0.0)
-        wall: Array = stiffness * (above - below) + 4.0 * self.damping * outward
-        return wall
+        if not np.isfinite(q).all():
+            q, v, status = self._last, self._zero, f"{status}; configuration not finite"
+        if not np.isfinite(v).all():
+            v, status = self._zero, f"{status}; velocity not finite"
+        self._last = np.array(q, dtype=float)
+        return self._command(self._last, v, status)
 
     def _command(self, q: Array, v: Array, status: str) -> Command:
         limit = self.arm.limits.torque
-        torque = self.torque(q, v)
-        pose = self.arm.forward(q)
-        still = np.zeros_like(q)
+        still = self.arm.dynamics(q, self._zero)
+        torque = still.bias - self.arm.counterbalance(q) - self.damping * v - self.wall_torque(q, v)
         return Command(
-            torque=np.clip(torque, -limit, limit),
-            acceleration=still,
+            torque=np.minimum(np.maximum(torque, -limit), limit),
+            acceleration=self._zero,
             configuration=q,
             velocity=v,
-            reference_acceleration=still,
-            position=pose.position,
-            quaternion=pose.quaternion,
+            reference_acceleration=self._zero,
+            position=still.position,
+            quaternion=still.quaternion,
             phase=0.0,
             error=np.zeros(6),
             torque_active=np.abs(torque) >= limit,
@@ -92,3 +79,13 @@ class GravityCompensation:
             status=status,
             fallback=False,
         )
+
+    def wall_torque(self, q: Array, v: Array) -> Array:
+        """Torque (n,), N m, towards the soft limits that the walls before them take away."""
+        above, below = q - self._highest, self._lowest - q
+        if max(above.max(), below.max()) <= 0.0:
+            return self._zero
+        depth = np.maximum(above, 0.0) - np.maximum(below, 0.0)
+        outward = np.where(depth * v > 0.0, v, 0.0)
+        wall: Array = WALL_SHARE * self.arm.limits.torque / WALL_MARGIN * depth + WALL_DAMPING * outward
+        return wall
