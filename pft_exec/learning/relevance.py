@@ -26,8 +26,7 @@ PRECISION_LOG_DEVIATION = 0.6
 SHARED_LOG_DEVIATION = 0.4  # how far the precisions of the two ends of one motion lie apart
 SCATTER = 0.15  # median standard deviation per axis of an end that nothing determines, in extents; prior
 SCATTER_LOG_DEVIATION = 0.5
-CONTRACTION = 2.0  # an end that nothing determines is rarely this much narrower than its start; logistic below it
-CONTRACTION_WIDTH = 0.3  # in log units
+CONTRACTION_WIDTH = 0.25  # log units over which a free end narrower than its start becomes unlikely
 FLOOR = 0.002  # in extents: a spread below it is as good as none
 PRIOR = {NONE: 2.0, ABSOLUTE: 1.0, START: 1.0, "objects": 1.0}  # before seeing the data; all objects share theirs
 DECISIVE = 0.8  # posterior below which a decision counts as ambiguous
@@ -80,7 +79,7 @@ def _prior(names: Sequence[str]) -> Array:
 def _scatter(other: float) -> Array:
     """(G,): prior of the standard deviation of a free end whose motion began with `other`, both in extents."""
     scatter = _log_normal(_GRID, np.log(SCATTER), SCATTER_LOG_DEVIATION)
-    narrower = (np.log(max(other, FLOOR)) - np.log(CONTRACTION) - _GRID) / CONTRACTION_WIDTH
+    narrower = (np.log(max(other, FLOOR)) - _GRID) / CONTRACTION_WIDTH
     weights: Array = scatter / (1.0 + np.exp(np.clip(narrower, -50.0, 50.0)))
     return weights
 
@@ -139,6 +138,6 @@ def choose_frame(evidence: Evidence, near: float) -> tuple[str, tuple[str, ...]]
     close = [n for n in rivals if n not in (ABSOLUTE, START, NONE) and distance[n] < near]
     if close:
         best = min(close, key=lambda name: distance[name])
-    elif ABSOLUTE in rivals:
-        best = ABSOLUTE
+    else:
+        best = next((name for name in (ABSOLUTE, START) if name in rivals), best)
     return best, (best, *(n for n in rivals if n != best))
