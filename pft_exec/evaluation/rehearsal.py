@@ -19,6 +19,8 @@ from pft_exec.simulation import World
 
 ROBOT, TASK = "pr2", "tabletop"
 TAUGHT, OTHER = "right", "left"
+ONE_SIDED = "put_on_table"
+"""A motion whose object lies where only the arm on its side reaches."""
 
 Progress = Callable[[str, float], None]
 """Takes what is going on and the share that is done, 0 to 1."""
@@ -105,7 +107,7 @@ def rehearse(seed: int, *, count: int = 5, watch: Watch = unwatched, progress: P
                 )
         library = learn_library(demonstrations)
         runs = _perform(world, library, seed, steps, watch)
-        refusal = _refused(world, library, runs[0])
+        refusal = _refused(world, library, runs)
     return Rehearsal(seed, tuple(demonstrations), tuple(guidance), library, tuple(runs), refusal)
 
 
@@ -134,11 +136,12 @@ def _run(world: World, library: MotionLibrary, label: str, kind: str, arm: str, 
     return Run(kind, arm, label, scene, log)
 
 
-def _refused(world: World, library: MotionLibrary, run: Run) -> str:
-    """Ask the other arm to work in a scene of the taught arm's side."""
+def _refused(world: World, library: MotionLibrary, runs: list[Run]) -> str:
+    """Ask the other arm to put something on the mat of the taught arm's side, which it does not reach."""
+    scene = next(run.scene for run in runs if run.truth == ONE_SIDED)
     try:
-        prepare(world, run.truth, OTHER, scene=run.scene)
-        assist(world, library, run.truth, OTHER)
+        prepare(world, ONE_SIDED, OTHER, scene=scene)
+        assist(world, library, ONE_SIDED, OTHER)
     except UnreachableError as error:
         return str(error)
     return ""
