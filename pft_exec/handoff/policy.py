@@ -69,11 +69,11 @@ class PolicySettings:
         If a probability or a time is none.
     """
 
-    threshold: float = 0.95
-    hold_time: float = 0.2
+    threshold: float = 0.97
+    hold_time: float = 0.25
     unknown_limit: float = 0.5
-    least_time: float = 0.3
-    least_phase: float = 0.1
+    least_time: float = 0.5
+    least_phase: float = 0.15
     ask_margin: float = 0.1
     ask_time: float = 1.0
     ask_phase: float = 0.7
