@@ -99,15 +99,17 @@ def with_slacks(program: QuadraticProgram) -> HardProgram:
     Its variables are the n of `program`, then a scaled slack for each of the k soft rows; its rows are the n bounds and
     m rows of `program`, in that order.
     """
-    n, rows = program.size, np.vstack([np.eye(program.size), program.G])
-    soft = np.flatnonzero(program.soft)
-    curvature = np.einsum("ij,ji->i", rows[soft], np.linalg.solve(program.H, rows[soft].T))
-    slack = np.zeros((len(rows), len(soft)))
-    slack[soft, np.arange(len(soft))] = np.sqrt(SOFTNESS * curvature)
+    n, soft = program.size, np.flatnonzero(program.soft)
+    rows = np.zeros((len(program.lower), n + len(soft)))
+    rows[range(n), range(n)] = 1.0
+    rows[n:, :n] = program.G
+    relaxed = rows[soft, :n]
+    curvature = np.sum(relaxed * np.linalg.solve(program.H, relaxed.T).T, axis=1)
+    rows[soft, n + np.arange(len(soft))] = np.sqrt(SOFTNESS * curvature)
     H = np.eye(n + len(soft))
     H[:n, :n] = program.H
     c = np.concatenate([program.c, np.zeros(len(soft))])
-    return HardProgram(H, c, np.hstack([rows, slack]), program.lower, program.upper)
+    return HardProgram(H, c, rows, program.lower, program.upper)
 
 
 @dataclass(frozen=True, eq=False)
