@@ -24,9 +24,6 @@ from pft_exec.model import load_robot
 from pft_exec.report import plot_belief, plot_seam, plot_stiffness, plot_tubes
 from pft_exec.report.film import Film, Scenes
 
-PICTURED = "reach"
-"""The motion whose seam and belief are drawn first."""
-
 
 def run_demo(
     out: str | Path,
@@ -104,7 +101,7 @@ def draw(rehearsal: Rehearsal, out: Path) -> None:
     """Draw tubes, beliefs, seams and stiffness of the taught arm's runs into a folder."""
     runs = [run for run in rehearsal.runs if run.kind == "unseen"]
     tubes = {run.truth: run_tube(rehearsal, run) for run in runs}
-    plot_tubes(tubes, rehearsal.demonstrations, out / "tubes.png", next(r.scene for r in runs if r.truth == PICTURED))
+    plot_tubes(tubes, rehearsal.demonstrations, out / "tubes.png", {run.truth: run.scene for run in runs})
     for run in runs:
         taken = run.log.event("take_over")
         plot_belief(run.log.belief, out / f"belief_{run.truth}.png", taken.time if taken else None, run.truth)

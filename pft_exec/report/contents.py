@@ -76,8 +76,8 @@ def plot_contents(contents: FileContents, path: str | Path) -> None:
     if isinstance(data, ExecutionLog):
         plot_log(data, path)
     elif isinstance(data, MotionLibrary):
-        taught = [item for label in data.labels for item in data[label].demonstrations]
-        tubes = {label: data[label].flow_tube(data[label].demonstrations[0].scene) for label in data.labels}
-        plot_tubes(tubes, taught, path)
+        scenes = {label: data[label].demonstrations[0].scene for label in data.labels}
+        tubes = {label: data[label].flow_tube(scene) for label, scene in scenes.items()}
+        plot_tubes(tubes, [item for label in scenes for item in data[label].demonstrations], path, scenes)
     else:
         plot_demonstrations(data, path)

@@ -55,7 +55,7 @@ def plot_tubes(
     tubes: Mapping[str, FlowTube],
     demonstrations: Iterable[Demonstration],
     path: str | Path,
-    scene: Scene | None = None,
+    scene: Scene | Mapping[str, Scene] | None = None,
 ) -> None:
     """Draw each tube of a scene with the demonstrations it came from: a row per motion, in 3-D and per axis.
 
@@ -65,8 +65,8 @@ def plot_tubes(
     demonstrations : iterable of Demonstration
         Drawn where a tube does not carry its own aligned ones.
     path : str or Path
-    scene : Scene or None
-        Objects to mark in space.
+    scene : Scene, {label: Scene} or None
+        Objects to mark in space, those near the path: of one scene for all tubes, or of each tube's own.
 
     Raises
     ------
@@ -79,7 +79,8 @@ def plot_tubes(
         grid = figure.add_gridspec(len(tubes), 4, width_ratios=(1.3, 1.0, 1.0, 1.0))
         for row, (label, tube) in enumerate(tubes.items()):
             lines = _demonstrated(tube, taught)
-            _draw_in_space(figure.add_subplot(grid[row, 0], projection="3d"), tube, lines, colors[label], scene)
+            around = scene if isinstance(scene, Scene) else (scene or {}).get(label, Scene())
+            _draw_in_space(figure.add_subplot(grid[row, 0], projection="3d"), tube, lines, colors[label], around)
             for axis in range(3):
                 axes = figure.add_subplot(grid[row, axis + 1])
                 _draw_axis(axes, tube, lines, axis, colors[label])
@@ -95,9 +96,7 @@ def _demonstrated(tube: FlowTube, taught: Iterable[Demonstration]) -> list[tuple
     return [(item.time - item.time[0], item.position) for item in taught if item.label == tube.label]
 
 
-def _draw_in_space(
-    axes: Any, tube: FlowTube, lines: Sequence[tuple[Array, Array]], color: str, scene: Scene | None
-) -> None:
+def _draw_in_space(axes: Any, tube: FlowTube, lines: Sequence[tuple[Array, Array]], color: str, scene: Scene) -> None:
     surface = tube_surface(tube)
     axes.plot_surface(*np.moveaxis(surface, 2, 0), color=color, alpha=0.22, linewidth=0, shade=False)
     for _, position in lines:
@@ -105,12 +104,20 @@ def _draw_in_space(
     axes.plot(*tube.position.T, color=color, linewidth=2.0)
     axes.scatter(*tube.position[0], color=color, marker="o", s=22)
     axes.scatter(*tube.position[-1], color=color, marker="s", s=26)
-    for name, pose in (scene.objects if scene is not None else {}).items():
-        axes.scatter(*pose.position, color=MARK, marker="^", s=26)
-        axes.text(*pose.position, f" {name}", fontsize=7, color=MARK)
+    points = np.vstack([surface.reshape(-1, 3), *(position for _, position in lines)])
+    near = _objects_near(points, scene)
+    for name, position in near.items():
+        axes.scatter(*position, color=MARK, marker="^", s=26)
+        axes.text(*position, f" {name}", fontsize=7, color=MARK)
     axes.set_title(f"{tube.label}   (circle: start, square: end)", fontsize=9)
-    objects = [pose.position for pose in scene.objects.values()] if scene is not None else []
-    frame_in_space(axes, np.vstack([surface.reshape(-1, 3), *(position for _, position in lines), *objects]))
+    frame_in_space(axes, np.vstack([points, *near.values()]))
+
+
+def _objects_near(points: Array, scene: Scene) -> dict[str, Array]:
+    """Positions of the objects nearer to some point than the points' own extent: others would shrink the picture."""
+    reach = float(np.linalg.norm(np.ptp(points, axis=0)))
+    positions = {name: pose.position for name, pose in scene.objects.items()}
+    return {name: p for name, p in positions.items() if np.linalg.norm(points - p, axis=1).min() < reach}
 
 
 def _draw_axis(axes: Any, tube: FlowTube, lines: Iterable[tuple[Array, Array]], axis: int, color: str) -> None:

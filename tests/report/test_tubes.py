@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pft_exec.demonstration import Demonstration
+from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import StorageError
+from pft_exec.geometry import Pose
 from pft_exec.learning import FlowTube, MotionLibrary
 from pft_exec.report import plot_demonstrations, plot_tubes, tube_surface
 
@@ -89,3 +90,13 @@ def test_no_picture_is_left_when_drawing_fails(tmp_path: Path) -> None:
     with pytest.raises(AttributeError):
         plot_demonstrations([None], tmp_path / "a.png")  # type: ignore[list-item]
     assert not (tmp_path / "a.png").exists()
+
+
+def test_objects_far_from_a_path_are_left_out_of_its_picture(tmp_path: Path) -> None:
+    """An object ten paths away would shrink the tube to a dot."""
+    near, far = Pose((0.0, 0.0, 2.0)), Pose((0.0, 0.0, 40.0))
+    plot_tubes({"turn": helix()}, [], tmp_path / "both.png", Scene({"near": near, "far": far}))
+    plot_tubes({"turn": helix()}, [], tmp_path / "near.png", {"turn": Scene({"near": near})})
+    plot_tubes({"turn": helix()}, [], tmp_path / "none.png")
+    assert (tmp_path / "both.png").read_bytes() == (tmp_path / "near.png").read_bytes()
+    assert (tmp_path / "both.png").read_bytes() != (tmp_path / "none.png").read_bytes()
