@@ -185,18 +185,19 @@ def _tracking_weight(precision: Array) -> Array:
 
 def _tracker_gains(time: Array, precision: Array, softness: float) -> Array:
     """Gains (N, 6, 12) at `time` (N,) of the tracker with state weight (N, 6, 6), backwards on an even grid."""
-    grid = np.linspace(time[0], time[-1], max(2, int(np.ceil((time[-1] - time[0]) / _STEP)) + 1))
-    step = max(grid[1] - grid[0], _STEP)
-    transition, control = double_integrator(step)
+    count = max(1, int(np.ceil((time[-1] - time[0]) / _STEP)))
+    grid = np.linspace(time[0], time[-1], count + 1)
+    transition, control = double_integrator(max((grid[-1] - grid[0]) / count, 0.1 * _STEP))
+    weights = _interpolate(grid, time, precision)
     state_weight = np.zeros((12, 12))
-    state_weight[:6, :6] = precision[-1]
+    state_weight[:6, :6] = weights[-1]
     effort = np.diag(np.full(6, softness)).astype(float)
     value = solve_discrete_are(transition, control, state_weight, effort)
     gains = np.empty((len(grid), 6, 12))
-    for k in range(len(grid) - 1, -1, -1):
+    for k in range(count, -1, -1):
         gains[k], value = riccati_step(transition, control, effort, value)
-        value[:6, :6] += _interpolate(grid[k], time, precision)
-    return _resample(time, grid, gains)
+        value[:6, :6] += weights[k]
+    return _interpolate(time, grid, gains)
 
 
 def double_integrator(step: float) -> tuple[Array, Array]:
@@ -214,13 +215,10 @@ def riccati_step(transition: Array, control: Array, effort: Array, value: Array)
     return gain, 0.5 * (before + before.T)
 
 
-def _interpolate(at: float, time: Array, values: Array) -> Array:
-    index = min(max(int(np.searchsorted(time, at, side="right")) - 1, 0), len(time) - 2)
+def _interpolate(at: Array, time: Array, values: Array) -> Array:
+    """Values (N, ...) at `time` (N,), linearly at times `at` (M,) within them."""
+    index = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     width = time[index + 1] - time[index]
-    ratio = (at - time[index]) / width if width > 0.0 else 0.0
-    between: Array = values[index] + ratio * (values[index + 1] - values[index])
+    ratio = np.where(width > 0.0, (at - time[index]) / np.where(width > 0.0, width, 1.0), 0.0)[:, None, None]
+    between: Array = (1.0 - ratio) * values[index] + ratio * values[index + 1]
     return between
-
-
-def _resample(time: Array, grid: Array, gains: Array) -> Array:
-    return np.stack([_interpolate(float(at), grid, gains) for at in time])

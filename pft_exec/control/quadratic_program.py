@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from pft_exec.control.limits import Constraint
@@ -55,8 +56,7 @@ class QuadraticProgram:
     @property
     def is_finite(self) -> bool:
         """Whether cost and rows are finite numbers and no bound is NaN; a solver may call NaN a success."""
-        finite = math.isfinite(self.H.sum() + self.c.sum() + self.G.sum())
-        return bool(finite and (self.lower <= self.upper).all())
+        return bool(_is_finite(self.H, self.c, self.G) and (self.lower <= self.upper).all())
 
     def row_values(self, x: Array) -> Array:
         """Values (n + m,) that lie between `lower` and `upper` at a solution."""
@@ -67,6 +67,16 @@ class QuadraticProgram:
         values = self.row_values(x)
         missed = np.maximum(self.lower - values, values - self.upper)
         return float(np.max(missed[self.soft == soft], initial=0.0))
+
+
+@njit(cache=True)
+def _is_finite(H: Array, c: Array, G: Array) -> bool:
+    total = 0.0
+    for array in (H, c.reshape((1, -1)), G):
+        for row in array:
+            for value in row:
+                total += value
+    return math.isfinite(total)
 
 
 def assemble(objective: Objective, bounds: tuple[Array, Array], constraints: Sequence[Constraint]) -> QuadraticProgram:

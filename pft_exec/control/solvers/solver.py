@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -27,6 +28,6 @@ def not_found(program: QuadraticProgram, status: str) -> Solution:
 
 def checked(program: QuadraticProgram, solution: Solution) -> Solution:
     """The solution, unless it is not finite."""
-    if np.isfinite(solution.x).all():
+    if math.isfinite(solution.x.sum()):
         return solution
     return not_found(program, f"{solution.status}, but not finite")
