@@ -95,21 +95,32 @@ def measure_swivel_drift(world: World, setting: Setting, plan: HandPath) -> floa
     Returns
     -------
     float
-        Part of the change of joints that moves the tool nowhere: its component in the null space of the Jacobian.
+        Rotation of the arm between shoulder and wrist: see `swivel_between`.
     """
     world.reset(Scene(setting.objects), {plan.arm: plan.configuration})
     loop = ControlLoop(world, plan.arm)
     before = loop.sense()[0]
     lead(loop, Hand(world, plan, HandGuide(_OutAndBack(plan), step=world.physics_step)))
-    return null_space_motion(loop.arm, before, loop.sense()[0])
+    return swivel_between(loop.arm, before, loop.sense()[0])
 
 
-def null_space_motion(arm: Arm, before: Array, after: Array) -> float:
-    """Component of the change between two configurations (n,), rad, that moves the tool nowhere; 0 for n <= 6."""
+def swivel_between(arm: Arm, before: Array, after: Array) -> float:
+    """How far the elbow swivels between two configurations (n,), rad, apart from what moves the tool; 0 for n <= 6.
+
+    Notes
+    -----
+    The change of joints is projected into the null space of the Jacobian; of the links that it turns while the tool
+    stays, the one that turns most is the upper arm or forearm, which swivels about the line from shoulder to wrist.
+    Its rotation is the sum of the joints' axes up to it (the Jacobian's angular columns) times their part: exact for
+    small changes.
+    """
     if len(before) <= 6:
         return 0.0
-    null_space = np.linalg.svd(arm.jacobian(0.5 * (before + after)))[2][6:]
-    return float(np.linalg.norm(null_space @ (after - before)))
+    jacobian = arm.jacobian(0.5 * (before + after))
+    null_space = np.linalg.svd(jacobian)[2][6:]
+    change = null_space.T @ (null_space @ (after - before))
+    turned = np.cumsum(jacobian[3:] * change, axis=1)
+    return float(np.linalg.norm(turned, axis=0).max())
 
 
 @dataclass(frozen=True, eq=False)
