@@ -1,7 +1,8 @@
 """The covariance of a tube from a handful of residuals: shrunk to a variance profile, and predictive.
 
 Five demonstrations do not estimate a covariance. A normal-inverse-Wishart prior of a few degrees of freedom around the
-isotropic variance of the neighbouring steps takes the place of what they leave open.
+isotropic variance of the neighboring steps takes the place of what they leave open; the predictive distribution is then
+a Student t, whose covariance this is.
 """
 
 from __future__ import annotations
@@ -39,5 +40,6 @@ def residual_covariance(residual: Array, floor: float, turn_floor: float) -> Arr
         least[block] = smallest
     scatter = np.einsum("kni,knj->nij", residual, residual)
     shrunk = (scatter + PRIOR_DEGREES * prior[:, :, None] * np.eye(size)) / (count + PRIOR_DEGREES)
-    covariance: Array = shrunk + np.diag(least**2)
+    degrees = count + PRIOR_DEGREES
+    covariance: Array = shrunk * degrees / (degrees - 2.0) + np.diag(least**2)
     return covariance

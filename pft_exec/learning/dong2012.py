@@ -46,6 +46,10 @@ class Dong2012Options:
     spread : str
         "std": the square root of the largest eigenvalue is compared with the range; "variance": the eigenvalue itself,
         as printed, so that the answer changes with the unit.
+    object_pose : str
+        Line 2: "end", an object counts at the end of the motion where it is then, as printed; so one that is carried
+        is always relevant and pulls the end to where it stands before the motion. "start": where it was before the
+        motion, which agrees with the paper's example (the bin is found, the carried box is not).
     similar : "all" or int
         Algorithm 3 line 2: all demonstrations, or that many with the most similar relevant initial positions.
     minimum_displacement : float
@@ -66,6 +70,7 @@ class Dong2012Options:
 
     epsilon: float = 0.1
     spread: str = "std"
+    object_pose: str = "end"
     similar: str | int = "all"
     minimum_displacement: float = 0.05
     radius: int = RADIUS
@@ -75,7 +80,11 @@ class Dong2012Options:
     samples: int | None = 200
 
     def __post_init__(self) -> None:
-        choices = {"spread": ("std", "variance"), "interpolation": ("mean", "linear")}
+        choices = {
+            "spread": ("std", "variance"),
+            "object_pose": ("end", "start"),
+            "interpolation": ("mean", "linear"),
+        }
         for name, allowed in choices.items():
             if getattr(self, name) not in allowed:
                 raise LearningError(f"{name} must be one of {', '.join(allowed)}; got {getattr(self, name)!r}.")

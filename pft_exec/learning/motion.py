@@ -144,7 +144,7 @@ def _learn_one(
     if method == "robust":
         variables = find_variables(demonstrations, overrules)
         return Motion(label, demonstrations, method, overrules, variables, learn_robust(demonstrations, variables))
-    found = find_published_variables(demonstrations, settings.epsilon, settings.spread)
+    found = find_published_variables(demonstrations, settings.epsilon, settings.spread, settings.object_pose)
     variables = published_decisions(found, demonstrations[0].quaternion is not None, overrules)
     learned = learn_dong2012(demonstrations, found, overrules, settings)
     return Motion(label, demonstrations, method, overrules, variables, learned, asdict(settings))

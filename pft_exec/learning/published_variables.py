@@ -100,13 +100,14 @@ def _channels(demonstrations: Sequence[Demonstration]) -> dict[str, list[Array]]
     return channels
 
 
-def _rays(demonstration: Demonstration, name: str) -> Array | None:
+def _rays(demonstration: Demonstration, name: str, object_pose: str) -> Array | None:
     """Line 3: the ray from effector to object, as a quaternion in the object's axes (N, 4); None where it is a point.
 
     The formula's direction (the words say the opposite); the roll, which a direction leaves free, is that of the
     shortest rotation from +x.
     """
-    poses = np.broadcast_to(demonstration.objects[name], (len(demonstration), 7))
+    poses = np.atleast_2d(demonstration.objects[name])
+    poses = np.broadcast_to(poses[:1] if object_pose == "start" else poses, (len(demonstration), 7))
     ray = poses[:, :3] - demonstration.position
     if (np.linalg.norm(ray[[0, -1]], axis=1) < 1e-9).any():
         return None
@@ -115,7 +116,7 @@ def _rays(demonstration: Demonstration, name: str) -> Array | None:
 
 
 def find_published_variables(
-    demonstrations: Sequence[Demonstration], epsilon: float, spread: str
+    demonstrations: Sequence[Demonstration], epsilon: float, spread: str, object_pose: str = "end"
 ) -> list[PublishedVariable]:
     """Algorithm 2: every variable in every mode.
 
@@ -126,6 +127,9 @@ def find_published_variables(
         Threshold of line 4, in ranges.
     spread : str
         "std" or "variance" (as printed).
+    object_pose : str
+        Where an object counts at the end of the motion: "end", where it is then (as printed), or "start", where it was
+        before the motion.
 
     Notes
     -----
@@ -143,16 +147,17 @@ def find_published_variables(
     reach = _mean_range([d.position for d in demonstrations])
     for name in object_names(demonstrations):
         for mode, index in (("relEffStart", 0), ("relEffEnd", -1)):
-            offset = np.stack([np.atleast_2d(d.objects[name])[index, :3] - d.position[index] for d in demonstrations])
+            seen = 0 if object_pose == "start" else index
+            offset = np.stack([np.atleast_2d(d.objects[name])[seen, :3] - d.position[index] for d in demonstrations])
             found.append(_variable("position", mode, name, offset, reach, epsilon, spread))
-        found += _ray_variables(demonstrations, name, epsilon, spread)
+        found += _ray_variables(demonstrations, name, epsilon, spread, object_pose)
     return found
 
 
 def _ray_variables(
-    demonstrations: Sequence[Demonstration], name: str, epsilon: float, spread: str
+    demonstrations: Sequence[Demonstration], name: str, epsilon: float, spread: str, object_pose: str
 ) -> list[PublishedVariable]:
-    rays = [ray for ray in (_rays(d, name) for d in demonstrations) if ray is not None]
+    rays = [ray for ray in (_rays(d, name, object_pose) for d in demonstrations) if ray is not None]
     if len(rays) < len(demonstrations):
         return []
     signed = [ray * np.where(ray @ rays[0][:1].T < 0.0, -1.0, 1.0) for ray in rays]

@@ -167,3 +167,12 @@ def test_stirring_collapses_where_its_displacement_is_scaled_and_does_not_where_
 def test_options_without_meaning_are_refused(options: dict[str, Any], message: str) -> None:
     with pytest.raises(LearningError, match=message):
         learn_motion(lesson("reach"), "dong2012", **options)
+
+
+def test_a_carried_object_is_relevant_as_printed_and_not_where_it_was_before_the_motion() -> None:
+    carried = []
+    for d in lesson("reach"):
+        box = np.hstack([d.position, np.tile([0.0, 0.0, 0.0, 1.0], (len(d), 1))])
+        carried.append(replace(d, quaternion=None, objects={"box": box, "bottle": d.objects["bottle"]}))
+    assert learn_motion(carried, "dong2012").variables.end.position.frame == "box"
+    assert learn_motion(carried, "dong2012", object_pose="start").variables.end.position.frame == "bottle"
