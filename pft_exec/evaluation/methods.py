@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 
@@ -16,6 +18,14 @@ from pft_exec.learning import MotionLibrary, learn_library
 from pft_exec.recognition import OnlineRecognizer
 
 
+@contextmanager
+def expected_conflicts() -> Iterator[None]:
+    """Silence the learner's warnings of conflicting variables: in scenes drawn at random they are no news."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        yield
+
+
 @dataclass(frozen=True, eq=False)
 class TubeClassifier:
     """Flow tubes made for the scene and the start of each recording, and the online recognizer over them."""
@@ -25,7 +35,8 @@ class TubeClassifier:
 
     def recognize(self, demonstration: Demonstration) -> Trace:
         """Tubes for the scene at the first sample; then one sample at a time."""
-        tubes = self.library.flow_tubes(demonstration.scene, demonstration.start)
+        with expected_conflicts():
+            tubes = self.library.flow_tubes(demonstration.scene, demonstration.start)
         recognizer = OnlineRecognizer(tubes, method=self.method)
         quaternions = demonstration.quaternion
         begin = time.perf_counter()
@@ -50,7 +61,8 @@ class TubeClassifier:
 
 def learn_tubes(demonstrations: Sequence[Demonstration], learning: str, recognition: str) -> TubeClassifier:
     """Learn a library; its tubes are made anew for each recording."""
-    return TubeClassifier(learn_library(demonstrations, method=learning), recognition)
+    with expected_conflicts():
+        return TubeClassifier(learn_library(demonstrations, method=learning), recognition)
 
 
 def _learn_hmm(demonstrations: Sequence[Demonstration], states: int | None, topology: str) -> Classifier:
