@@ -65,12 +65,7 @@ def measure_scales(tubes: Sequence[FlowTube], signals: Sequence[str]) -> ClockSc
         if spread > 0.0:
             ranges[name] = spread
     duration = max(float(np.median([tube.duration for tube in tubes])), 1e-6)
-    scales = ClockScales(extent, rotation, ranges, duration, 1.0)
-    lengths = [
-        float(np.linalg.norm(np.diff(_points(scales, tube), axis=0), axis=1).sum()) / max(tube.duration, 1e-6)
-        for tube in tubes
-    ]
-    return ClockScales(extent, rotation, ranges, duration, max(float(np.median(lengths)), 1e-6))
+    return ClockScales(extent, rotation, ranges, duration)
 
 
 def _points(scales: ClockScales, tube: FlowTube) -> Array:
@@ -78,11 +73,11 @@ def _points(scales: ClockScales, tube: FlowTube) -> Array:
 
 
 def clock_constants(scales: ClockScales, settings: PhaseSettings) -> Array:
-    """Leash, slowest full-pace speed, slowest pace, window (s) and softness (m) of the motion's clock."""
+    """Leash, patience (s), pace while standing, window (s) and softness (m) of the motion's clock."""
     return np.array(
         [
             settings.leash,
-            settings.standing * scales.speed,
+            settings.patience * scales.duration,
             settings.standing_clock,
             settings.window * scales.duration,
             settings.direction_softness * scales.extent,

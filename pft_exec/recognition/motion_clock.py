@@ -1,4 +1,4 @@
-"""The motion's clock and direction: time that slows while the tool stands, and where it has been heading.
+"""The motion's clock and direction: time that stops while the tool stands, and where it has been heading.
 
 In the flow: both the demonstrations behind a tube and the stream of samples are read through this clock, so that a
 pause, an idle start or a break costs a motion nothing. The direction is that of the displacement over the last short
@@ -15,7 +15,8 @@ from numba import njit
 from pft_exec.geometry import Array
 
 RING = 17  # remembered places: the window and a little more, in eighths of it
-_CLOCK, _TIME, _HEAD, _COUNT, _PUSHED = range(5)
+_CLOCK, _TIME, _HEAD, _COUNT, _PUSHED, _STILL = range(6)
+SCALARS = 6
 
 
 @njit(cache=True, error_model="numpy")
@@ -39,23 +40,21 @@ def _seek(clock, ring, scalars, wanted, position, before):  # type: ignore[no-un
 
 
 @njit(cache=True, error_model="numpy")
-def _moved(anchor, point, leash):  # type: ignore[no-untyped-def]
-    """Length by which a point drags an anchor that follows it on a leash."""
+def _has_left(anchor, point, leash):  # type: ignore[no-untyped-def]
+    """Whether a point is farther than `leash` from where it stood; then it stands here."""
     square = 0.0
     for a in range(len(anchor)):
         square += (point[a] - anchor[a]) ** 2
-    distance = np.sqrt(square)
-    if distance <= leash:
-        return 0.0
-    for a in range(len(anchor)):
-        anchor[a] = point[a] - (point[a] - anchor[a]) * (leash / distance)
-    return distance - leash
+    if square <= leash * leash:
+        return False
+    anchor[:] = point
+    return True
 
 
 @njit(cache=True, error_model="numpy")
 def advance_clock(scalars, ring, anchor, direction, time, position, point, constants):  # type: ignore[no-untyped-def]
     """Take one sample; return by how much the clock went on, and write the direction (3,)."""
-    leash, slow, slowest, window, softness = constants
+    leash, patience, slowest, window, softness = constants
     before = np.empty(3)
     elapsed = 0.0
     if scalars[_COUNT] == 0.0:
@@ -63,7 +62,8 @@ def advance_clock(scalars, ring, anchor, direction, time, position, point, const
         before[:] = position
     else:
         passed = time - scalars[_TIME]
-        elapsed = max(min(passed, _moved(anchor, point, leash) / slow), slowest * passed)
+        scalars[_STILL] = 0.0 if _has_left(anchor, point, leash) else scalars[_STILL] + passed
+        elapsed = passed if scalars[_STILL] <= patience else slowest * passed
         scalars[_CLOCK] += elapsed
         _seek(scalars[_CLOCK], ring, scalars, scalars[_CLOCK] - window, position, before)
     scalars[_TIME] = time
@@ -87,7 +87,7 @@ def advance_clock(scalars, ring, anchor, direction, time, position, point, const
 @njit(cache=True, error_model="numpy")
 def _read(time, position, point, constants):  # type: ignore[no-untyped-def]
     count = len(time)
-    scalars, ring, anchor = np.zeros(5), np.zeros((RING, 4)), np.zeros(point.shape[1])
+    scalars, ring, anchor = np.zeros(SCALARS), np.zeros((RING, 4)), np.zeros(point.shape[1])
     clock, directions, direction = np.zeros(count), np.zeros((count, 3)), np.zeros(3)
     for n in range(count):
         advance_clock(scalars, ring, anchor, direction, time[n], position[n], point[n], constants)
@@ -108,15 +108,12 @@ class ClockScales:
         Pooled ranges of the continuous signals.
     duration : float, s
         Median duration.
-    speed : float, 1/s
-        Median of the mean speeds, in extents a second.
     """
 
     extent: float
     rotation: float
     signals: dict[str, float]
     duration: float
-    speed: float
 
     def points(self, position: Array, quaternion: Array | None, signals: dict[str, Array]) -> Array:
         """Rows (N, 7 + signals): position, orientation and signals, each in its own extent."""
@@ -140,14 +137,14 @@ class MotionClock:
     Parameters
     ----------
     constants : (5,)
-        Leash, slowest full-pace speed, slowest pace, window (s), softness (m).
+        Leash, patience (s), pace while standing, window (s), softness (m).
     size : int
         Components of a point.
     """
 
     def __init__(self, constants: Array, size: int) -> None:
         self._constants = constants
-        self._scalars = np.zeros(5)
+        self._scalars = np.zeros(SCALARS)
         self._ring = np.zeros((RING, 4))
         self._anchor = np.zeros(size)
         self.direction: Array = np.zeros(3)

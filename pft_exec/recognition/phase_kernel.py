@@ -100,7 +100,8 @@ def filter_sample(  # type: ignore[no-untyped-def]
         top = -1e300
         half = 0.5 * (freedom[j] + size)
         for i in range(begin, end):
-            score[i] = weight * (log_scale[i] + extra[i] - half * np.log1p(square[i] / freedom[j]))
+            square[i] = half * np.log1p(square[i] / freedom[j])
+            score[i] = weight * (log_scale[i] + extra[i] - square[i])
             top = max(top, score[i])
         total, phase, remaining, distance = 0.0, 0.0, 0.0, 0.0
         for i in range(begin, end):

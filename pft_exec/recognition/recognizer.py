@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Protocol
 
@@ -13,6 +13,7 @@ from pft_exec.exceptions import RecognitionError, UnknownMethodError, UnknownMot
 from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition.belief import Belief, LabelValues
+from pft_exec.recognition.dong2012 import IncrementalAlignment
 from pft_exec.recognition.phase_filter import PhaseFilter
 from pft_exec.recognition.scores import Sample, Scores
 
@@ -158,7 +159,10 @@ class OnlineRecognizer:
         )
 
 
-_METHODS = {"phase": PhaseFilter, "dong2012": PhaseFilter}
+_METHODS: dict[str, Callable[[list[FlowTube]], RecognitionMethod]] = {
+    "dong2012": IncrementalAlignment,
+    "phase": PhaseFilter,
+}
 
 
 def _labeled(flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube]) -> dict[str, FlowTube]:

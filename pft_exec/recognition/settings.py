@@ -37,12 +37,12 @@ class PhaseSettings:
         Share of a motion for which a pace is kept, on average.
     idle : float
         Probability of staying at the very start for one step of 1 / 200 of the motion.
-    standing : float
-        Share of the mean speed below which the motion's clock slows down in proportion.
-    standing_clock : float
-        Slowest pace of that clock.
     leash : float
-        Movement that is tremor and does not drive the clock, in extents.
+        Movement that may be tremor, in extents: a hand that stays within it stands.
+    patience : float
+        Share of the median duration after which a hand that stands stops the motion's clock.
+    standing_clock : float
+        Pace of that clock then.
     spread_start : float
         Start spread, in extents, from which on half the evidence comes from a mixture over demonstrations.
     """
@@ -61,9 +61,9 @@ class PhaseSettings:
     rate_deviation: float = 0.3
     rate_memory: float = 0.05
     idle: float = 0.5
-    standing: float = 0.15
+    leash: float = 0.006
+    patience: float = 0.04
     standing_clock: float = 0.02
-    leash: float = 0.003
     spread_start: float = 0.05
 
 

@@ -64,7 +64,8 @@ def left_out_distances(evidence: TubeEvidence, variance: Array, kept: Mask, stre
         left = residuals[:, k]
         without = evidence.scatter - left[..., :, None] * left[..., None, :] * ((count - 1.0) / count)
         white, _ = whitened(covariances(without, count - 1, variance, kept, strength), kept)
-        distances[k] = _square(white, left).mean() / kept.sum()
+        freedom = strength + count - 2.0
+        distances[k] = (0.5 * (freedom + kept.sum()) * np.log1p(_square(white, left) / freedom)).mean() / kept.sum()
     return distances
 
 
