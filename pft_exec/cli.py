@@ -42,7 +42,14 @@ Strict = Annotated[bool, typer.Option("--strict", help="Exit status 1 where a fi
 LibraryFile = Annotated[Path, typer.Argument(help="Motion library (HDF5) that `learn` wrote.")]
 DemonstrationFile = Annotated[Path, typer.Argument(help="Demonstrations (HDF5) that `teach` or `convert` wrote.")]
 
-_WIDTH = 160  # characters of a table that goes to a file
+
+def _named_h5(path: Path) -> Path:
+    if path.suffix not in (".h5", ".hdf5"):
+        raise typer.BadParameter(f"a file to write is named .h5 or .hdf5; got {str(path)!r}.")
+    return path
+
+
+Written = Annotated[Path, typer.Argument(help="File to write (HDF5, .h5).", callback=_named_h5)]
 
 
 def _command(example: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -69,33 +76,26 @@ def _progress(stage: str) -> Iterator[Callable[[str, float], None]]:
         yield lambda stage, done: bar.update(task, description=stage, total=1.0, completed=done)
 
 
-def _cell(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)
-
-
-def _print_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
-    """A table with a column per key of the first row."""
-    columns = [Column(name, overflow="fold") for name in rows[0]]
-    table = Table(*columns, title=title, title_justify="left", box=SIMPLE_HEAD)
-    for row in rows:
-        table.add_row(*(_cell(row.get(column)) for column in rows[0]))
-    Console(width=None if sys.stdout.isatty() else _WIDTH).print(table, markup=False)
-
-
 def _print_tables(as_json: bool, result: Mapping[str, Any], tables: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
-    """The result as JSON, or its tables: {title: rows}."""
+    """The result as JSON, or its tables, {title: rows}, with a column per key of the first row."""
     if as_json:
         typer.echo(json.dumps(result, indent=2, default=lambda value: getattr(value, "tolist", value.__str__)()))
-    else:
-        for title, rows in tables.items():
-            _print_rows(title, rows) if rows else typer.echo(title)
+        return
+    from pft_exec.report.tables import cell_text
+
+    console = Console(width=None if sys.stdout.isatty() else 160)  # characters, where it goes to a file
+    for title, rows in tables.items():
+        names = list(rows[0]) if rows else []
+        columns = (Column(name, overflow="fold") for name in names)
+        table = Table(*columns, title=title, title_justify="left", box=SIMPLE_HEAD)
+        for row in rows:
+            table.add_row(*(cell_text(row.get(name)) for name in names))
+        console.print(table if rows else title, markup=False)
 
 
 @_command("teach demonstrations.h5 --motion reach --motion go_home --count 5 --seed 1")
 def teach(
-    out: Annotated[Path, typer.Argument(help="Demonstrations to write (HDF5).")],
+    out: Written,
     motion: Annotated[list[str] | None, typer.Option(help="Motion of the task; may be repeated. Default: all.")] = None,
     count: Annotated[int, typer.Option(help="Demonstrations of each motion.", min=1)] = 5,
     robot: Robot = "pr2",
@@ -124,7 +124,7 @@ def teach(
 @_command("convert recordings.npz demonstrations.h5 --summary")
 def convert(
     source: Annotated[Path, typer.Argument(help="Recordings of others: .npz or .csv.")],
-    target: Annotated[Path, typer.Argument(help="Demonstrations to write (HDF5).")],
+    target: Written,
     scale: Annotated[float, typer.Option(help="What one unit of the file's positions is in m.")] = 1.0,
     summary: Annotated[bool, typer.Option("--summary", help="Print a row for each motion.")] = False,
     as_json: Json = False,
@@ -147,7 +147,7 @@ def _report_demonstrations(taught: Sequence[Demonstration], path: Path, as_json:
 @_command("learn demonstrations.h5 library.h5 --count 5 --held-out rest.h5")
 def learn(
     demonstrations: DemonstrationFile,
-    library: Annotated[Path, typer.Argument(help="Motion library to write (HDF5).")],
+    library: Written,
     method: Annotated[str, typer.Option(help="robust or dong2012.")] = "robust",
     count: Annotated[int | None, typer.Option(help="Learn from so many of each motion; default: all.", min=2)] = None,
     held_out: Annotated[Path | None, typer.Option(help="Write the demonstrations that --count left over.")] = None,
@@ -282,11 +282,11 @@ def demo(
     as_json: Json = False,
 ) -> None:
     """Teach four motions on the PR2, learn, recognize, take over and finish, with both arms; write a report."""
-    from pft_exec.evaluation.demo import run_demo
+    from pft_exec.evaluation.demo import report_tables, run_demo
 
     with _progress("opening the world") as advance:
         report = run_demo(out, seed=seed, progress=advance, video=video)
-    _report_figures(report, out, strict, as_json)
+    _report_figures(report, report_tables(report), out, strict, as_json)
 
 
 @_command("evaluate --seeds 20 --out runs/evaluation")
@@ -303,13 +303,15 @@ def evaluate(
 
     with _progress("evaluating") as advance:
         report = run_study(range(seed, seed + seeds), out=out, jobs=jobs, progress=advance)
-    _report_figures(report, out, strict, as_json)
+    _report_figures(report, {}, out, strict, as_json)
 
 
-def _report_figures(report: Mapping[str, Any], out: Path, strict: bool, as_json: bool) -> None:
-    """The table of figures that closes a report."""
+def _report_figures(
+    report: Mapping[str, Any], before: Mapping[str, Any], out: Path, strict: bool, as_json: bool
+) -> None:
+    """Tables of what was found, and the table of figures that closes a report."""
     rows = [{"figure": name, **figure} for name, figure in report["figures"].items()]
-    _print_tables(as_json, report, {f"report in {out}": rows})
+    _print_tables(as_json, report, {**before, f"figures; report in {out}": rows})
     if strict and not all(row["ok"] for row in rows):
         raise typer.Exit(1)
 
@@ -393,6 +395,6 @@ def _say(message: str) -> None:
 
 def main() -> None:
     """Entry of ``pft-exec``."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices: threads cost more than they bring
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):  # small matrices: threads cost more than they bring
+        os.environ.setdefault(name, "1")
     sys.exit(run(sys.argv[1:]))

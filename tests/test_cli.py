@@ -208,7 +208,19 @@ def test_people_who_were_not_learned_from_are_recognized(
 
 def fake_report(ok: bool) -> dict[str, Any]:
     figure = {"value": 1.5, "floor": 1.0, "unit": "mm", "bound": "at most", "ok": ok}
-    return {"figures": {"right arm: end error": figure}}
+    run = {
+        "arm": "left",
+        "kind": "fresh",
+        "motion": "reach",
+        "taken over": "reach",
+        "success": ok,
+        "reason": "2 mm off",
+    }
+    return {
+        "figures": {"right arm: end error": figure},
+        "motions": {"reach": {"description": "`reach` ends 0.12 m right of bottle (spread 2 mm)"}},
+        "runs": [run | {"details": {"take_over_share": 0.25}}],
+    }
 
 
 @pytest.mark.parametrize("ok", [True, False])
@@ -226,7 +238,9 @@ def test_the_demo_closes_with_its_figures_and_strictly_fails_below_a_floor(
     arguments = ["demo", "--out", str(tmp_path), "--seed", "3", "--no-video"]
     assert cli.run(arguments) == 0
     assert calls == [(tmp_path, 3, False)]
-    assert "right arm: end error" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "right arm: end error" in printed
+    assert "reach ends 0.12 m right of bottle (spread 2 mm)" in printed
     assert cli.run([*arguments, "--strict", "--json"]) == (0 if ok else 1)
     assert json.loads(capsys.readouterr().out) == fake_report(ok)
 
@@ -311,3 +325,11 @@ def test_a_broken_description_fails_its_check_with_what_to_mend(
     (row,) = json.loads(capsys.readouterr().out)["checks"]
     assert not row["ok"]
     assert "titel" in row["detail"]
+
+
+def test_a_file_to_write_without_the_suffix_of_hdf5_is_refused_at_once(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """``pft-exec teach reach`` is a motion's name where a file's belongs."""
+    assert cli.run(["teach", str(tmp_path / "reach")]) == 2
+    assert "a file to write is named .h5 or .hdf5" in capsys.readouterr().err

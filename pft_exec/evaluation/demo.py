@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from time import perf_counter
@@ -82,6 +82,28 @@ def describe(rehearsal: Rehearsal) -> dict[str, Any]:
         "runs": [_describe_run(run) for run in rehearsal.runs],
         "refusal": rehearsal.refusal,
     }
+
+
+def report_tables(report: Mapping[str, Any]) -> dict[str, list[dict[str, Any]]]:
+    """What a report says beside its figures, as rows by title: what matters in each motion, and how each run went."""
+    decisions = [
+        {"motion": label, "what matters": line.replace("`", "")}
+        for label, motion in report["motions"].items()
+        for line in motion["description"].splitlines()
+    ]
+    runs = [
+        {
+            "arm": run["arm"],
+            "scene": run["kind"],
+            "the hand began": run["motion"],
+            "the robot finished": run["taken over"],
+            "taken over at (%)": 100.0 * run["details"]["take_over_share"],
+            "success": run["success"],
+            "why": run["reason"],
+        }
+        for run in report["runs"]
+    ]
+    return {"motion variables": decisions, "runs": runs}
 
 
 def _describe_run(run: Run) -> dict[str, Any]:

@@ -38,7 +38,7 @@ def assist(
     arm: str | None = None,
     *,
     pushes: Sequence[Push] = (),
-    seed: int = 0,
+    seed: int | None = None,
     settings: PolicySettings | None = None,
     answer: Answer | None = None,
     method: str = "phase",
@@ -58,8 +58,8 @@ def assist(
     arm : str or None
         None is the only arm, else "right".
     pushes : sequence of Push
-    seed : int
-        Of the hand: its curvature, pace, pauses and tremor.
+    seed : int or None
+        None is the world's. Of the hand: its curvature, pace, pauses and tremor.
     settings : PolicySettings or None
         When to take over, ask and decline.
     answer : callable or None
@@ -87,7 +87,7 @@ def assist(
         Before anything moves, if the arm cannot make the motion in this scene.
     """
     loop = ControlLoop(world, arm, pushes, observer)
-    hand = lead_motion(world, label, loop.name, seed)
+    hand = lead_motion(world, label, loop.name, world.seed if seed is None else seed)
     scene, start = world.scene, world.tool(loop.name)
     tubes = library.flow_tubes(scene, start)
     person = _Person(hand, OnlineRecognizer(tubes, method), TakeoverPolicy(settings), answer or _truthful(label))

@@ -6,7 +6,6 @@ arm can follow. Teaching uses it, and so does assistance, where the hand only be
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,13 +197,6 @@ def resting_posture(arm: Arm) -> Array:
     limits = arm.limits
     middle: Array = 0.5 * (np.maximum(limits.lower, -np.pi) + np.minimum(limits.upper, np.pi))
     return middle
-
-
-def parked_others(world: World, arm: str) -> Mapping[str, Array]:
-    """Configurations {arm: (n,)} that keep all other arms out of the way, where the robot names one."""
-    others = (name for name in world.robot.arms if name != arm)
-    models = {name: world.arm(name) for name in others}
-    return {name: model.configuration("parked") for name, model in models.items() if "parked" in model.configurations}
 
 
 def _check_workspace(task: TaskDescription, label: str, positions: Array) -> None:

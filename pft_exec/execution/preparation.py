@@ -5,7 +5,7 @@ from __future__ import annotations
 from pft_exec.demonstration import Scene
 from pft_exec.description import Setting, draw_setting, random_stream
 from pft_exec.exceptions import UnreachableError
-from pft_exec.execution.hand_path import parked_others, plan_hand_path, resting_posture
+from pft_exec.execution.hand_path import plan_hand_path, resting_posture
 from pft_exec.geometry import Pose
 from pft_exec.model import solve_inverse_kinematics
 from pft_exec.simulation import World, task_for
@@ -16,7 +16,7 @@ def prepare(
     label: str,
     arm: str | None = None,
     *,
-    seed: int = 0,
+    seed: int | None = None,
     scene: Scene | None = None,
     start: Pose | None = None,
 ) -> Setting:
@@ -29,8 +29,8 @@ def prepare(
     label : str
     arm : str or None
         None is the only arm, else "right".
-    seed : int
-        Of the placement and the start; the stream is "evaluate", never that of teaching.
+    seed : int or None
+        None is the world's. Of the placement and the start; the stream is "evaluate", never that of teaching.
     scene : Scene or None
         Objects, world frame; None draws them from the task's placements until the arm can make the motion.
     start : Pose or None
@@ -46,10 +46,11 @@ def prepare(
     name = world.arm_name(arm)
     task = task_for(world.robot, world.task, name)
     task.motion(label)
+    seed = world.seed if seed is None else seed
 
     def feasible(setting: Setting) -> bool:
         try:
-            plan_hand_path(world, label, name, setting, random_stream(seed, "assist", label))
+            plan_hand_path(world, label, name, setting, random_stream(seed, "assist", label, name))
         except UnreachableError:
             return False
         return True
@@ -64,5 +65,5 @@ def prepare(
             f"the {name} arm does not reach the start of {label!r}: the tool stays "
             f"{1e3 * found.position_error:.0f} mm and {found.rotation_error:.2f} rad away from it."
         )
-    world.reset(Scene(setting.objects), {**parked_others(world, name), name: found.configuration})
+    world.reset(Scene(setting.objects), {name: found.configuration})
     return setting

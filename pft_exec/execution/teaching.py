@@ -31,7 +31,7 @@ def teach(
     arm: str | None = None,
     count: int = 5,
     *,
-    seed: int = 0,
+    seed: int | None = None,
     scene: Scene | None = None,
     style: HumanStyle | None = None,
     report: Report | None = None,
@@ -48,9 +48,9 @@ def teach(
         None is the only arm, else "right". For an arm that mirrors it, the mirror image of the task is taught.
     count : int
         Number of demonstrations.
-    seed : int
-        Not negative; the same seed gives the same demonstrations, bit for bit. Placements that any seed teaches are
-        none that `World.draw_scene` draws (`pft_exec.description.random_stream`).
+    seed : int or None
+        Not negative; None is the world's. The same seed gives the same demonstrations, bit for bit. Placements that any
+        seed teaches are none that `World.draw_scene` draws (`pft_exec.description.random_stream`).
     scene : Scene or None
         Objects for every demonstration; None draws them anew each time.
     style : HumanStyle or None
@@ -79,7 +79,7 @@ def teach(
     if count < 1:
         raise LearningError(f"at least one demonstration is taught; got count={count}.")
     name = world.arm_name(arm)
-    lessons = _plan(world, label, name, count, seed, scene, style)
+    lessons = _plan(world, label, name, count, world.seed if seed is None else seed, scene, style)
     drift = 0.0 if report is None else measure_swivel_drift(world, *lessons[0])
     demonstrations = []
     for setting, plan in lessons:

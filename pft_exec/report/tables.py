@@ -99,3 +99,10 @@ def log_rows(log: ExecutionLog) -> list[Row]:
     return rows + [
         {"what": event["name"], "value": event["detail"], "unit": f"at {event['time']:.2f} s"} for event in events
     ]
+
+
+def cell_text(value: Any) -> str:
+    """A value of a row as words: yes and no, four digits, nothing for None."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"{value:.4g}" if isinstance(value, float) else "" if value is None else str(value)

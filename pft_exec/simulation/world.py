@@ -41,7 +41,7 @@ class World:
     gui : bool
         Open PyBullet's window, in which the mouse drags the arm.
     seed : int
-        For the scene, where none is given.
+        For the scene, where none is given, and for what happens in this world where no other seed is named.
     control_period, physics_step : float, s
         The period is a whole number of steps.
 
@@ -68,6 +68,7 @@ class World:
     ) -> None:
         self.robot = robot if isinstance(robot, RobotModel) else load_robot(robot)
         self.task = task if isinstance(task, TaskDescription) else load_task(task)
+        self.seed = seed
         self.control_period, self.physics_step = control_period, physics_step
         self._at_origin = self.base == Pose(np.zeros(3))
         self.steps_per_period = _steps_per_period(control_period, physics_step)
