@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from pft_exec.geometry import (
     Array,
@@ -64,6 +66,16 @@ class Experts:
     local_turn: Array | None
     floor: float
     groups: tuple[tuple[int, ...], ...] = ()
+
+    @cached_property
+    def statistics(self) -> tuple[Array, Array]:
+        """`local_statistics` of all demonstrations, for new scenes."""
+        return local_statistics(self.local, self.floor, leave_out=False)
+
+    @cached_property
+    def mean_turn(self) -> Array:
+        """`local_mean_turns` of all demonstrations, for new scenes; empty where there is no orientation."""
+        return np.empty((0, 1, 0, 4)) if self.local_turn is None else local_mean_turns(self.local_turn, leave_out=False)
 
 
 def expert_keys(poses: Poses, has_turn: bool) -> tuple[tuple[FrameKey, ...], tuple[FrameKey, ...]]:
@@ -167,38 +179,40 @@ def _invert(a, out):  # type: ignore[no-untyped-def]
             out[i, j] /= determinant
 
 
+def _own_axes(keys: Sequence[FrameKey]) -> NDArray[np.bool_]:
+    """(F,): which frames are meant in their own axes."""
+    return np.array([axes == "object" for _, axes in keys])
+
+
 def framed_positions(mean: Array, keys: Sequence[FrameKey], poses: Poses) -> Array:
     """Paths (F, M, N, 3) in the world from means (F, M, N, 3) in frames."""
-    count = mean.shape[1]
-    world = []
-    for local, (name, axes) in zip(mean, keys, strict=True):
-        pose = frame_pose(name, poses, count)[:, None]
-        turned = rotate(pose[..., 3:], local) if axes == "object" else local
-        world.append(turned + pose[..., :3])
-    return np.stack(world)
+    pose = np.stack([frame_pose(name, poses, mean.shape[1]) for name, _ in keys])[:, :, None]
+    own = _own_axes(keys)
+    world = np.array(mean)
+    if own.any():
+        world[own] = rotate(pose[own, ..., 3:], world[own])
+    return world + pose[..., :3]
 
 
 def products(
     world: Array, covariance: Array, keys: Sequence[FrameKey], poses: Poses, groups: Sequence[Sequence[int]]
 ) -> Array:
     """Products of Gaussians (G, M, N, 3) of groups of frames; `covariance` (F, M, N, 3, 3) in their own axes."""
-    count = world.shape[1]
     turned = np.array(np.broadcast_to(covariance, (*world.shape, 3)))
-    for index, (name, axes) in enumerate(keys):
-        if axes == "object":
-            turn = rotation_matrix(frame_pose(name, poses, count)[:, 3:])[:, None]
-            turned[index] = turn @ turned[index] @ turn.swapaxes(-1, -2)
+    for index in map(int, np.flatnonzero(_own_axes(keys))):
+        turn = rotation_matrix(frame_pose(keys[index][0], poses, world.shape[1])[:, 3:])[:, None]
+        turned[index] = turn @ turned[index] @ turn.swapaxes(-1, -2)
     return np.stack([_fuse(world, turned, np.array(group, dtype=np.int64)) for group in groups])
 
 
 def framed_turns(local: Array, keys: Sequence[FrameKey], poses: Poses) -> Array:
     """Orientations (F, M, N, 4) in the world from those (F, M, N, 4) in frames."""
-    count = local.shape[1]
-    world = []
-    for turns, (name, axes) in zip(local, keys, strict=True):
-        pose = frame_pose(name, poses, count)[:, None, 3:]
-        world.append(multiply(turns, pose) if axes == "world" else multiply(pose, turns))
-    return np.stack(world)
+    pose = np.stack([frame_pose(name, poses, local.shape[1]) for name, _ in keys])[:, :, None, 3:]
+    own = _own_axes(keys)
+    world = np.empty(local.shape)
+    world[own] = multiply(pose[own], local[own])
+    world[~own] = multiply(local[~own], pose[~own])
+    return world
 
 
 def local_mean_turns(local: Array, leave_out: bool) -> Array:
@@ -218,7 +232,10 @@ def slerp(begin: Array, end: Array, share: Array) -> Array:
 
 def predict_positions(experts: Experts, poses: Poses, begin: Array, leave_out: bool) -> Array:
     """Predictions (E, M, N, 3) of every expert in M scenes that begin at `begin` (M, 3)."""
-    mean, covariance = local_statistics(experts.local, experts.floor, leave_out)
+    if leave_out:
+        mean, covariance = local_statistics(experts.local, experts.floor, leave_out)
+    else:
+        mean, covariance = experts.statistics
     count = len(begin)
     world = framed_positions(np.broadcast_to(mean, (len(mean), count, *mean.shape[2:])), experts.keys, poses)
     found = [world, products(world, covariance, experts.keys, poses, experts.groups)]
@@ -235,7 +252,7 @@ def predict_turns(experts: Experts, poses: Poses, begin: Array, leave_out: bool)
     """Orientations (E, M, N, 4) of every expert in M scenes that begin turned as `begin` (M, 4)."""
     if experts.local_turn is None:
         return np.empty((0, len(begin), len(experts.share), 4))
-    local = local_mean_turns(experts.local_turn, leave_out)
+    local = experts.mean_turn if not leave_out else local_mean_turns(experts.local_turn, leave_out)
     count = len(begin)
     world = framed_turns(np.broadcast_to(local, (len(local), count, *local.shape[2:])), experts.turn_keys, poses)
     end = target_turns(experts.end, poses, count, leave_out)

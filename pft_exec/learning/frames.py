@@ -12,7 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.geometry import Array, conjugate, multiply, relative_rotation_vector, rotate
+from pft_exec.geometry import (
+    Array,
+    conjugate,
+    multiply,
+    relative_rotation_vector,
+    rotate,
+    rotation_vector_from_quaternion,
+)
 from pft_exec.learning.averaging import average
 from pft_exec.learning.variables import ABSOLUTE, START
 
@@ -71,12 +78,6 @@ def _candidate(name: str, axes: str, values: Array) -> Candidate:
     return Candidate(name, axes, mean, values - mean)
 
 
-def _turned(name: str, axes: str, quaternions: Array) -> Candidate:
-    mean = average(quaternions)
-    identity = np.array([0.0, 0.0, 0.0, 1.0])
-    return Candidate(name, axes, relative_rotation_vector(identity, mean), relative_rotation_vector(mean, quaternions))
-
-
 def position_candidates(
     tool: Array, start: Array | None, objects: Mapping[str, Array], has_turn: bool
 ) -> list[Candidate]:
@@ -105,9 +106,12 @@ def position_candidates(
 def orientation_candidates(tool: Array, start: Array | None, objects: Mapping[str, Array]) -> list[Candidate]:
     """Orientations of the tool in every frame; parameters as in `position_candidates`."""
     turn = tool[:, 3:]
-    found = [_turned(ABSOLUTE, "world", turn)]
+    seen: list[tuple[str, str, Array]] = [(ABSOLUTE, "world", turn)]
     if start is not None:
-        found.append(_turned(START, "object", multiply(conjugate(start[:, 3:]), turn)))
-        found.append(_turned(START, "world", multiply(turn, conjugate(start[:, 3:]))))
-    found += [_turned(name, "object", multiply(conjugate(o[:, 3:]), turn)) for name, o in objects.items()]
-    return found
+        seen.append((START, "object", multiply(conjugate(start[:, 3:]), turn)))
+        seen.append((START, "world", multiply(turn, conjugate(start[:, 3:]))))
+    seen += [(name, "object", multiply(conjugate(pose[:, 3:]), turn)) for name, pose in objects.items()]
+    local = np.stack([values for _, _, values in seen], axis=1)
+    mean = average(local)
+    offset, residual = rotation_vector_from_quaternion(mean), relative_rotation_vector(mean, local)
+    return [Candidate(name, axes, offset[i], residual[:, i]) for i, (name, axes, _) in enumerate(seen)]
