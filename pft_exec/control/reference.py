@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pft_exec.geometry import Array
+from pft_exec.geometry import Array, read_only
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,5 +49,6 @@ def joined(first: Callable[[float], tuple[Array, Array, Array]], until: float, t
 
 def holding(configuration: Array) -> Reference:
     """A reference that stays at a configuration (n,), rad."""
-    still = JointReference(configuration, 0.0 * configuration, 0.0 * configuration)
+    rest = read_only(0.0 * configuration)
+    still = JointReference(read_only(configuration), rest, rest)
     return lambda _: still

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import ruckig
 
-from pft_exec.geometry import Array
+from pft_exec.geometry import Array, read_only
 from pft_exec.model import JointLimits
 
 JointState = tuple[Array, Array, Array]
@@ -83,6 +83,7 @@ def plan_transition(
     Transition
         With ``found`` False where the target cannot be met within `longest` and within the limits; nothing is raised.
     """
+    state = _copied(state)
     planner = _Planner(state, target, limits)
     if not planner.is_finite(state):
         return _failed(state, "the state is not finite")
@@ -174,6 +175,10 @@ class _Planner:
         extrema = trajectory.position_extrema
         reached = np.array([[joint.min, joint.max] for joint in extrema])
         return float(max(np.max(lowest - reached[:, 0]), np.max(reached[:, 1] - highest)))
+
+
+def _copied(state: JointState) -> JointState:
+    return read_only(state[0]), read_only(state[1]), read_only(state[2])
 
 
 def _failed(state: JointState, reason: str) -> Transition:

@@ -17,7 +17,8 @@ from pft_exec.control.quadratic_program import Solution
 from pft_exec.control.tracking import BLENDING_TIME
 from pft_exec.exceptions import ControlError, UnknownMethodError
 from pft_exec.handoff import plan_transition
-from tests.control.plant import Plant
+from pft_exec.model import load_robot
+from tests.control.plant import Plant, arch
 
 
 def run(arm, plant, controller, duration, period=0.001, force=lambda _: np.zeros(3)):
@@ -60,6 +61,28 @@ def test_friction_a_fifth_wrong_ends_within_three_millimetres(arm, start, trajec
     _, errors = run(arm, Plant(arm, start, friction=1.25), controller, trajectory.duration + 0.3)
     assert np.linalg.norm(errors[-1, :3]) <= 3e-3
     assert np.sqrt(np.mean(np.sum(errors[:, :3] ** 2, axis=1))) <= 5e-3
+
+
+@pytest.mark.parametrize("robot", ["pr2", "wam"])
+def test_everything_wrong_at_once_is_a_centimetre_and_never_a_fault(robot):
+    """Friction a fifth wrong, 0.5 kg unknown payload, encoder noise, one period of delay, 500 Hz; either robot."""
+    model = load_robot(robot)
+    other = model.arm(model.arms[0])
+    begin, generator, period = np.array(other.configuration("work")), np.random.default_rng(0), 0.002
+    tube = arch(other, begin, 2.0, 60)
+    trajectory = plan_joint_trajectory(other, tube, begin)
+    controller, plant = TrackingController(other, period), Plant(other, begin, friction=1.25, payload=0.5)
+    controller.follow(trajectory.at, compute_compliance(tube), 0.0, blend=False)
+    late = other.gravity(begin) - other.counterbalance(begin)
+    for step in range(round((trajectory.duration + 0.3) / period)):
+        q, v = plant.q + generator.normal(0.0, 1e-4, 7), plant.v + generator.normal(0.0, 3e-3, 7)
+        command = controller.update(step * period, q, v)
+        assert not command.fallback
+        assert (np.abs(command.torque) <= other.limits.torque + 1e-9).all()
+        assert np.linalg.norm(command.error[:3]) <= 0.015
+        for _ in range(2):
+            plant.step(late)
+        late = command.torque
 
 
 def test_torque_is_within_its_limit_when_thrown_far_off(arm, start, trajectory, compliance):

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pft_exec.control import TrackingController, compute_compliance, plan_joint_trajectory
 from pft_exec.exceptions import ControlError
 from pft_exec.handoff import ForceObserver, TakeBack
-from pft_exec.handoff.take_back import tool_wrench
-from tests.control.plant import Plant
+from pft_exec.handoff.take_back import THRESHOLD, tool_wrench
+from tests.control.plant import Plant, arch
 
 
 def estimates(arm, plant, force, duration=0.1, period=0.001):
@@ -73,6 +74,21 @@ def test_a_push_of_twenty_newtons_takes_back_within_twenty_milliseconds(arm, sta
     take_back = TakeBack()
     first = next(k for k, force in enumerate(seen) if take_back.update(0.001 * k, force))
     assert first <= 20
+
+
+@pytest.mark.parametrize("mismatch", [{"friction": 1.25}, {"friction": 0.8}, {"payload": 0.5}])
+def test_what_the_model_does_not_know_is_not_taken_for_a_person(arm, start, mismatch):
+    """Along a motion, friction a fifth wrong and half a kilogram of unknown payload stay below the threshold."""
+    tube = arch(arm, start, 2.0, 60)
+    controller, plant = TrackingController(arm), Plant(arm, start, **mismatch)
+    trajectory = plan_joint_trajectory(arm, tube, start)
+    controller.follow(trajectory.at, compute_compliance(tube), 0.0, blend=False)
+    observer, felt = ForceObserver(arm, 0.001), []
+    for step in range(round(1000 * trajectory.duration)):
+        torque = controller.update(0.001 * step, plant.q, plant.v).torque
+        felt.append(np.linalg.norm(observer.update(plant.q, plant.v, torque).force))
+        plant.step(torque)
+    assert max(felt) <= 0.6 * THRESHOLD
 
 
 @pytest.mark.parametrize("wrong", [{"control_period": 0.0}, {"control_period": 0.001, "bandwidth": -1.0}])
