@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pft_exec.exceptions import InvalidSceneError
+from pft_exec.geometry.mirror import mirror_poses
 from pft_exec.geometry.rotation import (
     Array,
     conjugate,
@@ -111,6 +112,4 @@ class Pose:
 
     def mirrored(self, plane: Pose | None = None) -> Pose:
         """Mirror the pose in the xz plane of `plane` (identity where None)."""
-        from pft_exec.geometry.mirror import mirror_poses
-
         return Pose.from_array(mirror_poses(self.array, plane))
