@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pft_exec.geometry import Array
-from pft_exec.recognition.evidence import TubeEvidence
+from pft_exec.recognition.evidence import FEW, TubeEvidence
 from pft_exec.recognition.settings import PhaseSettings
 
 Mask = NDArray[np.bool_]
@@ -117,9 +117,22 @@ def whitened(covariance: Array, kept: Mask) -> tuple[Array, Array]:
     return white, 2.0 * np.log(np.einsum("bnii->bni", factor)).sum(axis=-1)
 
 
+def _excess(evidence: TubeEvidence, covariance: Array, kept: Mask) -> Array:
+    """(3, N, 3, 3): what the tube's own covariance has beyond the demonstrations' scatter, the more the more there are.
+
+    A tube of a scene that nobody demonstrated knows how wrong its ends may be; the scatter inside one scene does not.
+    """
+    both = kept[:, None, :, None] & kept[:, None, None, :]
+    values, vectors = np.linalg.eigh(np.where(both, evidence.promised - covariance, 0.0))
+    share = evidence.count / (evidence.count + FEW)
+    excess: Array = share * (vectors * np.maximum(values, 0.0)[..., None, :]) @ vectors.swapaxes(-1, -2)
+    return excess
+
+
 def emission(evidence: TubeEvidence, variance: Array, kept: Mask, settings: PhaseSettings) -> Emission:
     """The densities of one tube."""
     strength = settings.prior_strength
     covariance = covariances(evidence.scatter, evidence.count, variance, kept, strength)
+    covariance = covariance + _excess(evidence, covariance, kept)
     white, log_determinant = whitened(covariance, kept)
     return Emission(white, log_determinant, strength + max(evidence.count, 1) - 1)

@@ -17,6 +17,7 @@ from pft_exec.recognition.motion_clock import ClockScales, read_path
 from pft_exec.recognition.settings import PhaseSettings
 
 PLAIN_COUNT = 5  # demonstrations that a tube from plain arrays stands for, where it does not say
+FEW = 5  # demonstrations from which a tube's own covariance counts half
 PLAIN_DIRECTION = 0.2  # rad, standard deviation of its direction of motion
 _TINY_EXTENT = 1e-9  # m
 _LEAST_ROTATION = 0.2  # rad: motions that turn less have no rotation extent of their own
@@ -40,6 +41,9 @@ class TubeEvidence:
     mean_direction : (N, 3)
     scatter : (3, N, 3, 3)
         Sums of outer products of the three.
+    promised : (3, N, 3, 3)
+        Covariances that the tube itself states, for a scene nobody demonstrated, less what timing adds along the path
+        (the filter has a timing of its own); zeros for the direction.
     """
 
     count: int
@@ -50,6 +54,7 @@ class TubeEvidence:
     rotation: Array
     mean_direction: Array
     scatter: Array
+    promised: Array
 
 
 def measure_scales(tubes: Sequence[FlowTube], signals: Sequence[str]) -> ClockScales:
@@ -108,7 +113,10 @@ def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings
     mean_direction = directions.mean(axis=0)
     direction = directions - mean_direction
     scatter = np.stack([np.einsum("kni,knj->nij", r, r) for r in (position, direction, rotation)])
-    return TubeEvidence(count, clocks.mean(axis=0), clocks, position, direction, rotation, mean_direction, scatter)
+    promised = _promised(tube, count)
+    return TubeEvidence(
+        count, clocks.mean(axis=0), clocks, position, direction, rotation, mean_direction, scatter, promised
+    )
 
 
 def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float) -> TubeEvidence:
@@ -121,5 +129,17 @@ def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float)
         scatter[2] = tube.covariance[:, 3:, 3:]
     none = np.zeros((0, steps, 3))
     return TubeEvidence(
-        count, clock, np.zeros((0, steps)), none, none, none, direction * weight, scatter * max(count - 1, 1)
+        count, clock, np.zeros((0, steps)), none, none, none, direction * weight, scatter * max(count - 1, 1), scatter
     )
+
+
+def _promised(tube: FlowTube, count: int) -> Array:
+    steps = len(tube)
+    promised = np.zeros((3, steps, 3, 3))
+    velocity = np.gradient(tube.position, axis=0) / (np.gradient(tube.time)[:, None] + _TINY_EXTENT)
+    deviation = np.zeros(steps) if tube.time_deviation is None else tube.time_deviation
+    drift = velocity * deviation[:, None] * np.sqrt(min(1.0, FEW / count))
+    promised[0] = tube.covariance[:, :3, :3] - drift[:, :, None] * drift[:, None, :]
+    if tube.quaternion is not None:
+        promised[2] = tube.covariance[:, 3:, 3:]
+    return promised
