@@ -12,7 +12,7 @@ from pft_exec.control.friction import friction_torque
 from pft_exec.control.gravity_compensation import TEACH_DAMPING, GravityCompensation
 from pft_exec.control.limits import acceleration_bounds, torque_constraint
 from pft_exec.control.objectives import Objective, posture_objective, tool_objective
-from pft_exec.control.quadratic_program import Solution, assemble
+from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
 from pft_exec.control.reference import JointReference, Reference
 from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tool_target import ToolTarget, tool_target
@@ -78,7 +78,7 @@ class TrackingController:
         self._blend_since = since if blend else -np.inf
 
     def update(self, time: float, q: Array, v: Array) -> Command:
-        """Command for one control period; never raises.
+        """Command for one control period; whatever is measured and whatever the solver does, a command comes back.
 
         Parameters
         ----------
@@ -97,17 +97,19 @@ class TrackingController:
         error = tool.error(dynamics)
         tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics)
         posture = posture_objective(posture_acceleration(reference, q, v))
-        limits = self.arm.limits
-        program = assemble(
-            tracking + posture,
-            acceleration_bounds(limits, self.control_period, q, v),
-            [torque_constraint(dynamics.mass_matrix, load, limits.torque)],
-        )
-        solution = self._solver.solve(program)
+        solution = self._solver.solve(self._program(tracking + posture, dynamics, load, q, v))
         if not solution.found:
             return self._stop(time, q, v, f"no solution: {solution.status}")
         torque = dynamics.mass_matrix @ solution.x + load
         return self._command(torque, solution, reference, tool, error)
+
+    def _program(
+        self, objective: Objective, dynamics: ArmDynamics, load: Array, q: Array, v: Array
+    ) -> QuadraticProgram:
+        """An objective within the limits; further constraints stand beside the torque's."""
+        limits = self.arm.limits
+        bounds = acceleration_bounds(limits, self.control_period, q, v)
+        return assemble(objective, bounds, [torque_constraint(dynamics.mass_matrix, load, limits.torque)])
 
     def _blended(self, time: float, reference_velocity: Array, v: Array) -> Array:
         """Friction feed-forward coming in and damping of teaching going out, (n,), N m."""
@@ -130,9 +132,7 @@ class TrackingController:
         limit, size = self.arm.limits.torque, len(torque)
         active = np.abs(solution.multipliers) > ACTIVE
         return Command(
-            torque=np.minimum(
-                np.maximum(torque, -limit), limit
-            ),  # the program holds it there already, but for rounding
+            torque=np.minimum(np.maximum(torque, -limit), limit),  # there already, but for the solver's rounding
             acceleration=solution.x,
             configuration=reference.configuration,
             velocity=reference.velocity,
