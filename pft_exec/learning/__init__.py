@@ -1,9 +1,17 @@
 """Learning: from a handful of demonstrations to a motion, and from a motion and a scene to a flow tube.
 
-``learn_motion`` decides which motion variables are relevant at the two ends (`relevance`, `decisions`), and
-``Motion.flow_tube`` carries the demonstrations into a scene and takes mean and covariance there (`robust`).
+In the order of the flow, ``learn_motion`` (`motion`) decides which motion variables are relevant at the two ends:
+`frames` sees them from everywhere, `relevance` lets the frames compete, `directions` splits axes, `carrying` names what
+was carried, `decisions` says why, `variables` holds it and `report` prints it. ``method="robust"`` (`robust`) reads
+the demonstrations at common steps (`alignment`, `dynamic_time_warping`, `resampling`), lets `experts` predict each
+from the others (`normalization`, `endpoint`, `averaging`), blends them by their errors (`stacking`) and takes what is
+left as the tube's `covariance`; `signals` adds gripper and switches. ``method="dong2012"`` is the published method
+(`published_variables`, `fast_dtw`, `dong2012`). Keyframes make `compound` motions, `coaching` advises the teacher,
+`library` keeps all motions and their file. What comes out, for the recognizer and the controller, is the `flow_tube`.
 """
 
+from pft_exec.learning.coaching import Coaching
+from pft_exec.learning.dong2012 import Dong2012Options
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube, TubeState
 from pft_exec.learning.library import MotionLibrary, learn_library
 from pft_exec.learning.motion import METHODS, Motion, learn_motion
@@ -12,6 +20,8 @@ from pft_exec.learning.variables import EndDecision, FrameDecision, MotionVariab
 __all__ = [
     "METHODS",
     "AlignedDemonstrations",
+    "Coaching",
+    "Dong2012Options",
     "EndDecision",
     "FlowTube",
     "FrameDecision",

@@ -30,6 +30,7 @@ from pft_exec.learning.variables import ABSOLUTE, START
 
 PRIOR_DEGREES = 4.0  # of the normal-inverse-Wishart prior around the isotropic variance profile
 BENDING_FROM = 5  # demonstrations from which the bent and the scaled path join the experts
+SIMILAR_UP_TO = 20  # demonstrations: leaving each out costs their square, and frames predict better by then
 TURNED = 0.02  # rad, below which an object counts as never turned
 PROFILE_WINDOW = 0.03  # of the motion, over which the prior variance is averaged
 
@@ -243,7 +244,7 @@ def predict_positions(experts: Experts, poses: Poses, begin: Array, leave_out: b
     paths = experts.path
     if end is not None and len(paths) >= BENDING_FROM:
         found.append(bent_paths(paths, begin, end, leave_out)[None])
-        if not is_closed(paths):
+        if len(paths) <= SIMILAR_UP_TO and not is_closed(paths):
             found.append(similar_paths(paths, begin, end, leave_out)[None])
     return np.concatenate(found)
 
