@@ -17,7 +17,7 @@ from scipy.stats import chi2, norm
 from pft_exec.demonstration import Demonstration, convert_recordings
 from pft_exec.demonstration.synthetic import minimum_jerk
 from pft_exec.evaluation.baselines.nearest_neighbor import warped_distance
-from pft_exec.evaluation.methods import expected_conflicts
+from pft_exec.evaluation.methods import expected_conflicts, published_options
 from pft_exec.evaluation.protocol import Interval, Progress, silent
 from pft_exec.geometry import Array, Pose
 from pft_exec.learning import learn_motion
@@ -164,8 +164,9 @@ def resampled(demonstration: Demonstration) -> Array:
 
 def flow_tube(train: Sequence[Demonstration], truth: Demonstration, method: str) -> Prediction:
     """The tube of a motion learned from the demonstrations, made for the new scene and start, read evenly in time."""
+    options = published_options(train) if method == "dong2012" else {}
     with expected_conflicts():
-        tube = learn_motion(train, method=method).flow_tube(truth.scene, truth.start)
+        tube = learn_motion(train, method=method, **options).flow_tube(truth.scene, truth.start)
     span = max(tube.duration, 1e-12)
     grid = np.linspace(0.0, 1.0, PHASES)
     place = np.interp(grid, (tube.time - tube.time[0]) / span, tube.phase)
