@@ -159,6 +159,7 @@ class RealResult:
             "unknown_auroc": {
                 method: {"half": Interval.of(half).to_dict(), "end": Interval.of(end).to_dict()}
                 for method, (half, end) in self.unknown.items()
+                if len(half)
             },
         }
 
@@ -170,6 +171,7 @@ def evaluate_set(
     splits: int = 10,
     condition: Condition | None = None,
     unknown_splits: int = 2,
+    unknown_methods: Sequence[str] | None = None,
     progress: Progress = silent,
 ) -> RealResult:
     """Recognize one set with each method over random splits.
@@ -186,12 +188,15 @@ def evaluate_set(
         Start removed and positions alone, where None.
     unknown_splits : int
         On how many of the splits every motion is left out once; it takes as many libraries as there are motions.
+    unknown_methods : sequence of str or None
+        Which methods are asked that; None asks all.
     progress : callable
     """
     condition = condition or Condition()
     demonstrations = load_set(folder, name, condition)
     scores: dict[str, list[Score]] = {method: [] for method in methods}
     unknown: dict[str, tuple[list[float], list[float]]] = {method: ([], []) for method in methods}
+    asked = methods if unknown_methods is None else unknown_methods
     for seed in range(splits):
         train, tests = split(demonstrations, seed)
         for place, method in enumerate(methods):
@@ -199,7 +204,7 @@ def evaluate_set(
             progress(f"{name}, {condition.name}, split {seed + 1} of {splits}: {method}", done)
             learn = method_named(method)
             scores[method].append(score(traces(learn(train), tests), [test.label for test in tests]))
-            if seed < unknown_splits:
+            if seed < unknown_splits and method in asked:
                 half, end = strange_motions(learn, train, tests, seed)
                 unknown[method][0].append(half)
                 unknown[method][1].append(end)
