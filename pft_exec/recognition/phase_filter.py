@@ -18,6 +18,7 @@ from pft_exec.recognition.phase_kernel import filter_sample
 from pft_exec.recognition.phase_model import PhaseModel, build_phase_model
 from pft_exec.recognition.scores import Sample, Scores
 from pft_exec.recognition.settings import DEFAULT_SETTINGS, PhaseSettings
+from pft_exec.recognition.timing import SIZES
 
 _PACE_HELD = 0.3  # of a motion, at the tube's own pace, that a person's pace is estimated from besides what was seen
 
@@ -44,7 +45,7 @@ class PhaseFilter:
         steps, rates, components = len(model.left), len(model.prior), len(model.tube)
         self.model = model
         self._state = np.zeros((rates, steps))
-        self._spare = np.zeros((rates, int(model.length.max()) + 8))
+        self._spare = np.zeros((rates + 1, int(model.length.max()) + 2 * SIZES))
         self._square, self._score, self._zeros = np.zeros(steps), np.zeros(steps), np.zeros(steps)
         self._pending = np.zeros(components)
         self._low, self._high = np.zeros(components, np.int64), np.zeros(components, np.int64)
@@ -76,7 +77,7 @@ class PhaseFilter:
             model.offset, model.length, model.mean, model.white, model.turned, model.left,
             model.signals.mean, model.signals.scale, model.steps, model.prior, model.switch, model.idle, model.tick,
             row, signals, heard, self._log_scale(turned, heard), said,
-            model.size(turned, heard), model.freedom, elapsed, weight,
+            model.size(turned, heard), model.freedom, elapsed, weight, self._settings.negligible,
             self._state, self._spare, self._square, self._score, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]

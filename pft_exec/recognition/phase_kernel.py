@@ -9,39 +9,44 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-NEGLIGIBLE = 1e-14  # probability below which a state is dropped
-
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def _predict(state, spare, first, count, low, high, steps, prior, switch, idle):  # type: ignore[no-untyped-def]
-    """One step of time: the pace may change, then the phase goes on by 0, 1, 2, ... steps. Returns the new window."""
+    """One tick: the pace may change, then the phase goes on by 0, 1, 2, ... steps. Returns the window's new end."""
     rates, sizes = steps.shape
-    top = min(high + sizes - 1, count - 1)
+    reach = sizes - 1
+    top, width = min(high + reach, count - 1), high - low + 1
+    total = spare[rates]
+    for k in range(width):
+        total[k] = 0.0
     for r in range(rates):
-        for i in range(low, top + 1):
-            spare[r, i] = 0.0
-    for i in range(low, high + 1):
-        total = 0.0
-        for r in range(rates):
-            total += state[r, first + i]
-        if total < NEGLIGIBLE:
-            continue
-        for r in range(rates):
-            mass = (1.0 - switch) * state[r, first + i] + switch * prior[r] * total
-            if i == 0:
-                spare[r, 0] += idle * mass
-                share = (1.0 - idle) * mass / (1.0 - steps[r, 0])
-                for s in range(1, sizes):
-                    spare[r, min(s, count - 1)] += share * steps[r, s]
-            elif i + sizes <= count:
-                for s in range(sizes):
-                    spare[r, i + s] += mass * steps[r, s]
-            else:
-                for s in range(sizes):
-                    spare[r, min(i + s, count - 1)] += mass * steps[r, s]
+        for k in range(width):
+            total[k] += state[r, first + low + k]
     for r in range(rates):
-        for i in range(low, top + 1):
-            state[r, first + i] = spare[r, i]
+        mixed, step = spare[r], steps[r]
+        for k in range(reach):
+            mixed[k] = 0.0
+            mixed[reach + width + k] = 0.0
+        for k in range(width):
+            mixed[reach + k] = (1.0 - switch) * state[r, first + low + k] + switch * prior[r] * total[k]
+        waiting = mixed[reach] if low == 0 else 0.0
+        if low == 0:
+            mixed[reach] = 0.0
+        row = state[r, first + low : first + top + 1]
+        for k in range(len(row)):
+            row[k] = step[0] * mixed[reach + k]
+        for s in range(1, sizes):
+            earlier = mixed[reach - s : reach - s + len(row)]
+            for k in range(len(row)):
+                row[k] += step[s] * earlier[k]
+        for i in range(max(low, count - reach), high + 1):
+            for s in range(count - i, sizes):
+                state[r, first + count - 1] += step[s] * mixed[reach + i - low]
+        if low == 0:
+            share = (1.0 - idle) * waiting / (1.0 - step[0])
+            state[r, first] += idle * waiting
+            for s in range(1, sizes):
+                state[r, first + min(s, count - 1)] += share * step[s]
     return top
 
 
@@ -78,7 +83,7 @@ def _square_distances(begin, end, sample, mean, white, turned, use, square):  # 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def filter_sample(  # type: ignore[no-untyped-def]
     offset, length, mean, white, turned, left, signal_mean, signal_scale, steps, prior, switch, idle, tick,
-    sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight,
+    sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible,
     state, spare, square, score, pending, low, high, out,
 ):  # fmt: skip
     """Filter one sample through every component; `out` rows: log evidence, phase, time left (s), mean distance."""
@@ -100,16 +105,27 @@ def filter_sample(  # type: ignore[no-untyped-def]
         top = -1e300
         half = 0.5 * (freedom[j] + size)
         for i in range(begin, end):
+            mass = 0.0
+            for r in range(rates):
+                mass += state[r, i]
+            if mass <= negligible:
+                for r in range(rates):
+                    state[r, i] = 0.0
+                continue
             square[i] = half * np.log1p(square[i] / freedom[j])
             score[i] = weight * (log_scale[i] + extra[i] - square[i])
             top = max(top, score[i])
         total, phase, remaining, distance = 0.0, 0.0, 0.0, 0.0
         for i in range(begin, end):
-            factor = np.exp(score[i] - top)
             mass = 0.0
             for r in range(rates):
-                state[r, i] *= factor
                 mass += state[r, i]
+            if mass == 0.0:
+                continue
+            factor = np.exp(score[i] - top)
+            for r in range(rates):
+                state[r, i] *= factor
+            mass *= factor
             total += mass
             phase += mass * (i - first)
             remaining += mass * left[i]
@@ -123,19 +139,15 @@ def filter_sample(  # type: ignore[no-untyped-def]
             mass = 0.0
             for r in range(rates):
                 mass += state[r, first + lowest]
-            if mass >= NEGLIGIBLE:
+            if mass > 0.0:
                 break
-            for r in range(rates):
-                state[r, first + lowest] = 0.0
             lowest += 1
         while highest > lowest:
             mass = 0.0
             for r in range(rates):
                 mass += state[r, first + highest]
-            if mass >= NEGLIGIBLE:
+            if mass > 0.0:
                 break
-            for r in range(rates):
-                state[r, first + highest] = 0.0
             highest -= 1
         low[j], high[j] = lowest, highest
         out[0, j] = top + np.log(total)

@@ -187,7 +187,8 @@ def _log_prior(labels: tuple[str, ...], prior: Mapping[str, float] | None) -> Ar
     weight = np.array([float(prior.get(label, 0.0)) for label in labels])
     if not np.isfinite(weight).all() or (weight < 0.0).any() or weight.sum() <= 0.0:
         raise RecognitionError(f"a prior must have non-negative weights that do not sum to zero; got {dict(prior)}.")
-    log_prior: Array = np.log(np.maximum(weight / weight.sum(), 1e-300))
+    with np.errstate(divide="ignore"):
+        log_prior: Array = np.log(weight / weight.sum())
     return log_prior
 
 

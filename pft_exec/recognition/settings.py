@@ -43,6 +43,8 @@ class PhaseSettings:
         Share of the median duration after which a hand that stands stops the motion's clock.
     standing_clock : float
         Pace of that clock then.
+    negligible : float
+        Probability of a phase, given the motion, at and below which it is forgotten; 0 keeps all.
     spread_start : float
         Start spread, in extents, from which on half the evidence comes from a mixture over demonstrations.
     """
@@ -60,10 +62,11 @@ class PhaseSettings:
     rates: tuple[float, ...] = (0.5, 0.7, 1.0, 1.4, 2.0)
     rate_deviation: float = 0.3
     rate_memory: float = 0.05
-    idle: float = 0.5
-    leash: float = 0.006
+    idle: float = 0.85
+    leash: float = 0.003
     patience: float = 0.04
     standing_clock: float = 0.02
+    negligible: float = 1e-6
     spread_start: float = 0.05
 
 

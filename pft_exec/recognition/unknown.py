@@ -18,7 +18,8 @@ from pft_exec.recognition.settings import PhaseSettings
 
 _POOLED = 2.0  # demonstrations that the library's mean counts for in a motion's own value
 _LEAST_DEVIATION = 0.25  # of the logarithm of a known motion's strangeness
-_MARGIN = 3.0  # of those deviations from a usual motion to the threshold
+_USUAL = 0.3  # logarithm of how much stranger a new motion is than one that the tube was aligned to
+_MARGIN = 1.5  # of those deviations from a usual motion to the threshold
 _STEEPNESS = 0.5  # of them, over which known turns to unknown
 _HELD = 1.0  # independent observations of a usual motion that each stream begins with
 
@@ -92,4 +93,4 @@ def learn_strangeness(evidence: Sequence[TubeEvidence], prior: Prior, settings: 
     reference = np.array([(values.sum() + _POOLED * pooled) / (len(values) + _POOLED) for values in logs])
     spread = np.concatenate([values - center for values, center in zip(logs, reference, strict=True)] + [np.zeros(1)])
     deviation = max(float(np.sqrt(np.mean(spread**2))), _LEAST_DEVIATION)
-    return Strangeness(np.exp(reference), _MARGIN * deviation, _STEEPNESS * deviation)
+    return Strangeness(np.exp(reference), _USUAL + _MARGIN * deviation, _STEEPNESS * deviation)
