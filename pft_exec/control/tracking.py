@@ -9,7 +9,7 @@ import numpy as np
 from pft_exec.control.command import Command
 from pft_exec.control.compliance import Compliance
 from pft_exec.control.friction import friction_torque
-from pft_exec.control.gravity_compensation import TEACH_DAMPING, GravityCompensation
+from pft_exec.control.gravity_compensation import GravityCompensation, guiding_torque
 from pft_exec.control.limits import acceleration_bounds, torque_constraint
 from pft_exec.control.objectives import Objective, posture_objective, tool_objective
 from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
@@ -71,7 +71,7 @@ class TrackingController:
         compliance : Compliance
         since : float, s
         blend : bool
-            Whether the arm floated until now: friction feed-forward then comes in, and the damping of teaching
+            Whether the arm floated until now: friction feed-forward then comes in, and what helped the hand
             goes out, over `BLENDING_TIME`. False goes on from tracking.
         """
         self._reference, self._compliance, self._since = reference, compliance, since
@@ -93,7 +93,9 @@ class TrackingController:
         reference = self._reference(time - self._since)
         tool = tool_target(self.arm, reference)
         dynamics = self.arm.dynamics(q, v)
-        load = dynamics.bias - self.arm.counterbalance(q) + self._blended(time, reference.velocity, v)
+        load = (
+            dynamics.bias - self.arm.counterbalance(q) + self._blended(time, reference.velocity, v, dynamics.jacobian)
+        )
         error = tool.error(dynamics)
         tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics)
         posture = posture_objective(posture_acceleration(reference, q, v))
@@ -111,12 +113,14 @@ class TrackingController:
         bounds = acceleration_bounds(limits, self.control_period, q, v)
         return assemble(objective, bounds, [torque_constraint(dynamics.mass_matrix, load, limits.torque)])
 
-    def _blended(self, time: float, reference_velocity: Array, v: Array) -> Array:
-        """Friction feed-forward coming in and damping of teaching going out, (n,), N m."""
-        x = min(max((time - self._blend_since) / BLENDING_TIME, 0.0), 1.0)
-        share = x * x * (3.0 - 2.0 * x)
+    def _blended(self, time: float, reference_velocity: Array, v: Array, jacobian: Array) -> Array:
+        """Friction feed-forward coming in and what helped the hand going out, (n,), N m."""
         forward = friction_torque(self.arm.friction, reference_velocity)
-        blended: Array = share * forward - (1.0 - share) * TEACH_DAMPING * v
+        x = (time - self._blend_since) / BLENDING_TIME
+        if x >= 1.0:
+            return forward
+        share = max(x, 0.0) ** 2 * (3.0 - 2.0 * max(x, 0.0))
+        blended: Array = share * forward + (1.0 - share) * guiding_torque(self.arm.friction, v, jacobian)
         return blended
 
     def _tracking(

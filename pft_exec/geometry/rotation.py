@@ -28,17 +28,15 @@ def conjugate(quaternion: ArrayLike) -> Array:
 
 def multiply(left: ArrayLike, right: ArrayLike) -> Array:
     """Hamilton product of quaternions (..., 4) (x, y, z, w): first `right`, then `left`."""
-    x1, y1, z1, w1 = np.moveaxis(np.asarray(left, dtype=float), -1, 0)
-    x2, y2, z2, w2 = np.moveaxis(np.asarray(right, dtype=float), -1, 0)
-    return np.stack(
-        [
-            w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
-            w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
-            w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
-        ],
-        axis=-1,
-    )
+    left, right = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
+    x1, y1, z1, w1 = left[..., 0], left[..., 1], left[..., 2], left[..., 3]
+    x2, y2, z2, w2 = right[..., 0], right[..., 1], right[..., 2], right[..., 3]
+    product = np.empty(np.broadcast_shapes(left.shape, right.shape))
+    product[..., 0] = w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2
+    product[..., 1] = w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2
+    product[..., 2] = w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2
+    product[..., 3] = w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2
+    return product
 
 
 def rotate(quaternion: ArrayLike, vector: ArrayLike) -> Array:

@@ -55,7 +55,8 @@ class PolicySettings:
     unknown_limit : float
         Probability of an unknown motion above which nothing is taken over.
     least_time, least_phase : float, s, and in [0, 1]
-        Evidence that must have been seen: time since the first sample, and the motion's phase.
+        Evidence that must have been seen: time since the first sample, and the motion's phase. A person's first third
+        may point at another object than they mean; waiting for more costs little, a wrong take-over much.
     ask_margin : float
         Probability that the second motion must have for the two to be close.
     ask_time : float, s
@@ -69,11 +70,11 @@ class PolicySettings:
         If a probability or a time is none.
     """
 
-    threshold: float = 0.97
+    threshold: float = 0.98
     hold_time: float = 0.25
-    unknown_limit: float = 0.5
+    unknown_limit: float = 0.65
     least_time: float = 0.5
-    least_phase: float = 0.15
+    least_phase: float = 0.4
     ask_margin: float = 0.1
     ask_time: float = 1.0
     ask_phase: float = 0.7

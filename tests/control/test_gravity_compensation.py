@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pft_exec.control import GravityCompensation
-from pft_exec.control.gravity_compensation import WALL_MARGIN
+from pft_exec.control.gravity_compensation import FRICTION_SHARE, WALL_MARGIN, guiding_torque
 from tests.control.plant import Plant
 
 
@@ -23,7 +23,7 @@ def test_arm_at_rest_stays_for_a_second(arm, start, floating):
 
 
 def test_motion_dies_out(arm, start, floating):
-    plant = Plant(arm, start, np.full(7, 0.2), friction=0.0)
+    plant = Plant(arm, start, np.full(7, 0.2))
     energy = []
     for step in range(500):
         energy.append(plant.v @ arm.mass_matrix(plant.q) @ plant.v)
@@ -76,3 +76,29 @@ def test_payload_is_carried_where_the_arm_knows_it(arm, start):
     for step in range(300):
         plant.step(controller.update(0.001 * step, plant.q, plant.v).torque)
     np.testing.assert_allclose(plant.q, start, atol=1e-9)
+
+
+def test_what_helps_the_hand_never_gives_more_than_friction_takes(arm, start):
+    """Passive: with the joints' own friction, power flows out of the motion at every velocity."""
+    generator = np.random.default_rng(1)
+    jacobian = arm.jacobian(start)
+    for _ in range(300):
+        v = generator.normal(0.0, 1.0, 7) * 10.0 ** generator.uniform(-4.0, 0.0)
+        power = v @ guiding_torque(arm.friction, v, jacobian)
+        assert power < np.abs(v) @ arm.friction.coulomb
+        assert power <= FRICTION_SHARE * np.abs(v) @ arm.friction.coulomb
+
+
+def test_the_motion_that_leaves_the_tool_where_it_is_is_damped_most(arm, start):
+    jacobian = arm.jacobian(start)
+    swivel = np.linalg.svd(jacobian)[2][6]
+    still = guiding_torque(arm.friction, 0.0 * swivel, jacobian)
+    np.testing.assert_array_equal(still, np.zeros(7))
+    assert swivel @ guiding_torque(arm.friction, swivel, jacobian) < -1.0
+
+
+def test_a_stop_is_damped_alone(arm, start):
+    v = np.full(7, 0.1)
+    stop = GravityCompensation(arm, 2.0)
+    expected = arm.gravity(start) - arm.counterbalance(start) - 2.0 * v
+    np.testing.assert_allclose(stop.update(0.0, start, v).torque, expected, atol=1e-12)

@@ -13,6 +13,7 @@ from pft_exec.control import (
     joined,
     plan_joint_trajectory,
 )
+from pft_exec.control.gravity_compensation import guiding_torque
 from pft_exec.control.quadratic_program import Solution
 from pft_exec.control.tracking import BLENDING_TIME
 from pft_exec.exceptions import ControlError, UnknownMethodError
@@ -158,14 +159,15 @@ def test_commanded_reference_is_continuous_at_both_seams(arm, tube, start, traje
     assert np.linalg.norm(errors[-1, :3]) <= 1e-3
 
 
-def test_friction_comes_in_and_damping_goes_out_over_the_blending_time(arm, start):
+def test_friction_comes_in_and_what_helped_the_hand_goes_out_over_the_blending_time(arm, start):
     controller = TrackingController(arm)
     controller.follow(holding(start), constant_compliance(100.0), 2.0)
     v = np.full(7, 0.2)
-    at_first = controller._blended(2.0, v, v)
-    np.testing.assert_allclose(at_first, -0.5 * v)
-    half = controller._blended(2.0 + 0.5 * BLENDING_TIME, v, v)
-    whole = controller._blended(2.0 + BLENDING_TIME, v, v)
+    jacobian = arm.jacobian(start)
+    at_first = controller._blended(2.0, v, v, jacobian)
+    np.testing.assert_allclose(at_first, guiding_torque(arm.friction, v, jacobian))
+    half = controller._blended(2.0 + 0.5 * BLENDING_TIME, v, v, jacobian)
+    whole = controller._blended(2.0 + BLENDING_TIME, v, v, jacobian)
     np.testing.assert_allclose(half, 0.5 * (at_first + whole))
     np.testing.assert_allclose(whole, arm.friction.coulomb + arm.friction.viscous * 0.2, rtol=1e-6)
 

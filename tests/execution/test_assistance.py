@@ -15,7 +15,9 @@ from pft_exec.recognition import Belief
 from pft_exec.simulation import World
 
 NEVER = PolicySettings(least_time=100.0, ask_time=100.0)
-ALWAYS_ASK = PolicySettings(threshold=0.999999, hold_time=60.0, ask_margin=1e-12, ask_time=0.0, unknown_limit=0.999)
+ALWAYS_ASK = PolicySettings(
+    threshold=0.999999, hold_time=60.0, least_phase=0.1, ask_margin=1e-12, ask_time=0.0, unknown_limit=0.999
+)
 
 
 @pytest.fixture(scope="module")

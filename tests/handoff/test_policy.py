@@ -10,7 +10,7 @@ from pft_exec.handoff import PolicySettings, TakeoverPolicy
 from pft_exec.recognition import Belief
 
 
-def belief(time, probability, unknown=0.01, phase=0.3, flagged=""):
+def belief(time, probability, unknown=0.01, phase=0.5, flagged=""):
     labels = list(probability)
     best = max(labels, key=probability.get)
     zeros = dict.fromkeys(labels, 0.0)
@@ -21,7 +21,7 @@ def kinds(policy, beliefs):
     return [policy.update(each).kind for each in beliefs]
 
 
-SURE = {"reach": 0.98, "go_home": 0.02}
+SURE = {"reach": 0.99, "go_home": 0.01}
 TORN = {"reach": 0.55, "go_home": 0.45}
 
 
@@ -43,7 +43,7 @@ def test_a_break_starts_the_hold_time_anew():
 
 def test_another_motion_in_between_starts_the_hold_time_anew():
     policy = TakeoverPolicy(PolicySettings(hold_time=0.2, least_time=0.0))
-    other = {"reach": 0.02, "go_home": 0.98}
+    other = {"reach": 0.01, "go_home": 0.99}
     assert kinds(policy, [belief(0.0, SURE), belief(0.15, other), belief(0.25, other)]) == ["wait"] * 3
 
 
