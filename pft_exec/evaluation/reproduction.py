@@ -122,8 +122,8 @@ def _real(seeds: int, progress: Progress) -> _Part:
     details: dict[str, Any] = {"recognition": []}
     for place, (name, condition, methods) in enumerate(runs):
         share = _share_of(progress, place, len(runs) + 1)
-        asked = QUICK_METHODS if name == LARGEST else None
-        result = evaluate_set(folder, name, methods, SPLITS_A_SEED * seeds, condition, UNKNOWN_SPLITS, asked, share)
+        unknown_splits, asked = (1, QUICK_METHODS) if name == LARGEST else (UNKNOWN_SPLITS, None)
+        result = evaluate_set(folder, name, methods, SPLITS_A_SEED * seeds, condition, unknown_splits, asked, share)
         tables[f"{name}, {condition.name}, %"] = result.table()
         details["recognition"].append(result.to_dict())
     reach = evaluate_reach(folder, draws=DRAWS_A_SEED * seeds, progress=_share_of(progress, len(runs), len(runs) + 1))

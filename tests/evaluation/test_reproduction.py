@@ -83,3 +83,23 @@ def test_synthetic_demonstrations_are_seeded_and_of_the_asked_size() -> None:
     first, again = synthetic_demonstrations(2, 1, 3, 50), synthetic_demonstrations(2, 1, 3, 50)
     assert [len(item) for item in first] == [50] * 6
     assert all(np.array_equal(a.position, b.position) for a, b in zip(first, again, strict=True))
+
+
+@pytest.mark.data
+@pytest.mark.slow
+def test_recordings_are_judged_under_every_condition(recordings: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PFT_EXEC_DATA", str(recordings))
+    monkeypatch.setattr(reproduction, "SETS", ("helloworld",))
+    monkeypatch.setattr(reproduction, "REAL_METHODS", ("DTW neighbor",))
+    monkeypatch.setattr(reproduction, "TUBE_METHODS", ("DTW neighbor",))
+    result = evaluation.reproduce("real", seeds=1)
+    assert list(result["tables"]) == [
+        "helloworld, start removed, position, %",
+        "helloworld, absolute, position, %",
+        "robottasks9, start removed, pose, %",
+        "robottasks9, absolute, pose, %",
+        "reach_target, placement never taught",
+    ]
+    judged = result["real"]["recognition"][0]
+    assert judged["unknown_auroc"]["DTW neighbor"]["end"]["mean"] > 0.95
+    json.dumps(result)
