@@ -25,8 +25,8 @@ TEACH_DAMPING = 0.3
 """N m s/rad; of every joint."""
 SWIVEL_DAMPING = 2.0
 """N m s/rad; of the motion that leaves the tool where it is: the elbow drifts 0.04 rad instead of 0.09 (measured)."""
-FRICTION_SHARE = 0.4
-"""Share of the Coulomb friction that is compensated: a hand needs 12.8 N where it needed 15.7 N (measured)."""
+FRICTION_SHARE = 0.6
+"""Share of the Coulomb friction that is compensated: a hand needs 11.6 N where it needed 15.7 N (measured)."""
 FRICTION_SPEED = 0.02
 """rad/s over which the compensation of friction comes in."""
 WALL_MARGIN = 0.05
