@@ -98,7 +98,9 @@ def _demonstrated(tube: FlowTube, taught: Iterable[Demonstration]) -> list[tuple
 
 def _draw_in_space(axes: Any, tube: FlowTube, lines: Sequence[tuple[Array, Array]], color: str, scene: Scene) -> None:
     surface = tube_surface(tube)
-    axes.plot_surface(*np.moveaxis(surface, 2, 0), color=color, alpha=0.22, linewidth=0, shade=False)
+    # every face a quadrangle: matplotlib pads faces of unequal size with whatever its memory held
+    strides = {"rstride": 1, "cstride": 1}
+    axes.plot_surface(*np.moveaxis(surface, 2, 0), **strides, color=color, alpha=0.22, linewidth=0, shade=False)
     for _, position in lines:
         axes.plot(*position.T, color=MUTED, linewidth=0.6)
     axes.plot(*tube.position.T, color=color, linewidth=2.0)
