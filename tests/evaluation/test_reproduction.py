@@ -10,7 +10,6 @@ import pytest
 
 import pft_exec.evaluation as evaluation
 from pft_exec.evaluation import reproduction, tables
-from pft_exec.evaluation.benchmarks import synthetic_demonstrations
 from pft_exec.evaluation.tables import table1
 from pft_exec.exceptions import StorageError, UnknownNameError
 
@@ -77,12 +76,6 @@ def test_a_comparison_writes_its_result_and_its_pictures(tmp_path: Path, monkeyp
     assert written == {"table1.json", "table1_confusion.png", "figure7_tubes.png", "figure8_likelihood.png"}
     stored = json.loads((tmp_path / "new" / "folder" / "table1.json").read_text())
     assert stored["table1"]["published"]["hmm"][0] == pytest.approx(55.0)
-
-
-def test_synthetic_demonstrations_are_seeded_and_of_the_asked_size() -> None:
-    first, again = synthetic_demonstrations(2, 1, 3, 50), synthetic_demonstrations(2, 1, 3, 50)
-    assert [len(item) for item in first] == [50] * 6
-    assert all(np.array_equal(a.position, b.position) for a, b in zip(first, again, strict=True))
 
 
 @pytest.mark.data

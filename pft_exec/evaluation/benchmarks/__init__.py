@@ -1,0 +1,50 @@
+"""Benchmarks: how fast the parts are, with the alternatives in the same run, and how they grow.
+
+In the flow: beside the comparisons of `evaluation`, for the eyes of a user. Each part has a file of its own here; its
+function takes a seed and a progress callable and answers with tables. `BENCHMARKS` lists them by name.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pft_exec.evaluation.benchmarks.learning import time_learning
+from pft_exec.evaluation.benchmarks.people import synthetic_demonstrations
+from pft_exec.evaluation.benchmarks.recognition import time_recognition
+from pft_exec.evaluation.benchmarks.stopwatch import Benchmark
+from pft_exec.evaluation.protocol import Progress, silent
+from pft_exec.exceptions import UnknownNameError
+
+__all__ = ["BENCHMARKS", "benchmark", "synthetic_demonstrations"]
+
+BENCHMARKS: dict[str, Benchmark] = {
+    "learning": time_learning,
+    "recognition": time_recognition,
+}
+
+
+def benchmark(name: str, seed: int = 0, progress: Progress = silent) -> dict[str, Any]:
+    """Time one part.
+
+    Parameters
+    ----------
+    name : str
+        One of `BENCHMARKS`.
+    seed : int
+        Of all that is drawn at random.
+    progress : callable
+        Takes the stage and the share that is done, in [0, 1].
+
+    Returns
+    -------
+    dict
+        "tables": {title: rows}.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such benchmark.
+    """
+    if name not in BENCHMARKS:
+        raise UnknownNameError("benchmark", name, BENCHMARKS)
+    return {"tables": BENCHMARKS[name](seed, progress)}
