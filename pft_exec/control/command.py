@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +36,16 @@ class Command:
         The solver's word, or why there is no solution.
     fallback : bool
         Whether this is damped gravity compensation because nothing else could be had.
+    costs : mapping of str to float
+        What each objective ("tracking", "posture", ...) costs at the solution; empty where nothing was solved.
+    distance : float, m
+        Smallest distance between bodies that are kept apart; infinite where none are near.
+    apart_active : tuple of str
+        Pairs whose distance limits the motion now, such as "r_forearm_link / bottle".
+    solve_time : float, s
+        Of the solver alone; 0 where nothing was solved.
+    iterations : int
+        Of the solver.
     """
 
     torque: Array
@@ -49,3 +61,8 @@ class Command:
     bound_active: NDArray[np.bool_]
     status: str
     fallback: bool
+    costs: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    distance: float = float("inf")
+    apart_active: tuple[str, ...] = ()
+    solve_time: float = 0.0
+    iterations: int = 0

@@ -54,6 +54,17 @@ class GravityCompensation:
         self._last = self._zero
         self._lowest, self._highest = arm.limits.lower + WALL_MARGIN, arm.limits.upper - WALL_MARGIN
 
+    def carry(self, arm: Arm) -> None:
+        """Go on with another model of the same arm: a payload was grasped or released.
+
+        Raises
+        ------
+        ConfigurationError
+            If the model has other joints.
+        """
+        arm.check_configuration(self._zero)
+        self.arm = arm
+
     def update(self, time: float, q: Array, v: Array, status: str = "gravity compensation") -> Command:
         """Torque for one control period; never raises.
 

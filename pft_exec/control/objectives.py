@@ -23,19 +23,26 @@ the tube leaves wide (13 mm at 1e-4, 60 mm at 1e-2, 9 mm at 1e-5 and below; meas
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    r"""A quadratic cost :math:`\tfrac12 x^T H x + c^T x` of the joint accelerations.
+    r"""A quadratic cost :math:`\tfrac12 x^T H x + c^T x + k` of the joint accelerations.
 
     Parameters
     ----------
     H : (n, n), symmetric, positive semidefinite
     c : (n,)
+    constant : float
+        k; decides nothing, but makes the cost of a perfect answer zero.
     """
 
     H: Array
     c: Array
+    constant: float = 0.0
 
     def __add__(self, other: Objective) -> Objective:
-        return Objective(self.H + other.H, self.c + other.c)
+        return Objective(self.H + other.H, self.c + other.c, self.constant + other.constant)
+
+    def cost(self, x: Array) -> float:
+        """Cost at accelerations (n,), rad/s^2."""
+        return float(x @ (0.5 * (self.H @ x) + self.c)) + self.constant
 
 
 def tool_objective(jacobian: Array, drift: Array, acceleration: Array, weight: Array) -> Objective:
@@ -51,10 +58,11 @@ def tool_objective(jacobian: Array, drift: Array, acceleration: Array, weight: A
     weight : (6, 6), symmetric
         Which directions matter, base frame.
     """
-    weighted = jacobian.T @ weight
-    return Objective(weighted @ jacobian, weighted @ (drift - acceleration))
+    weighted, missing = jacobian.T @ weight, drift - acceleration
+    return Objective(weighted @ jacobian, weighted @ missing, 0.5 * float(missing @ (weight @ missing)))
 
 
 def posture_objective(acceleration: Array, weight: float = REGULARIZATION) -> Objective:
     """Cost of leaving joint accelerations (n,), rad/s^2, that follow the posture; makes the program strictly convex."""
-    return Objective(weight * np.eye(len(acceleration)), -weight * acceleration)
+    constant = 0.5 * weight * float(acceleration @ acceleration)
+    return Objective(weight * np.eye(len(acceleration)), -weight * acceleration, constant)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from time import perf_counter
 
 import numpy as np
 
@@ -59,7 +61,9 @@ class TrackingController:
         self._reference: Reference | None = None
         self._compliance: Compliance | None = None
         self._since = 0.0
+        self._zero = np.zeros(len(arm.joint_names))
         self._blend_since = 0.0
+        self._before, self._carried_since = arm, -np.inf
 
     def follow(self, reference: Reference, compliance: Compliance, since: float, blend: bool = True) -> None:
         """Follow another reference from a time on.
@@ -77,6 +81,25 @@ class TrackingController:
         self._reference, self._compliance, self._since = reference, compliance, since
         self._blend_since = since if blend else -np.inf
 
+    def carry(self, arm: Arm, since: float = -np.inf) -> None:
+        """Go on with another model of the same arm: a payload was grasped or released.
+
+        Parameters
+        ----------
+        arm : Arm
+            Such as `arm.with_payload(mass)`.
+        since : float, s
+            When; the change of the weight to hold comes in over `BLENDING_TIME` from then on. Without it, at once.
+
+        Raises
+        ------
+        ConfigurationError
+            If the model has other joints.
+        """
+        arm.check_configuration(self.arm.limits.lower)
+        self._before, self.arm, self._carried_since = self.arm, arm, since
+        self._fallback.carry(arm)
+
     def update(self, time: float, q: Array, v: Array) -> Command:
         """Command for one control period; whatever is measured and whatever the solver does, a command comes back.
 
@@ -93,17 +116,20 @@ class TrackingController:
         reference = self._reference(time - self._since)
         tool = tool_target(self.arm, reference)
         dynamics = self.arm.dynamics(q, v)
-        load = (
-            dynamics.bias - self.arm.counterbalance(q) + self._blended(time, reference.velocity, v, dynamics.jacobian)
-        )
+        load = dynamics.bias - self.arm.counterbalance(q) + self._weight_to_come(time, q)
+        load += self._blended(time, reference.velocity, v, dynamics.jacobian)
         error = tool.error(dynamics)
         tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics)
         posture = posture_objective(posture_acceleration(reference, q, v))
-        solution = self._solver.solve(self._program(tracking + posture, dynamics, load, q, v))
+        program = self._program(tracking + posture, dynamics, load, q, v)
+        begin = perf_counter()
+        solution = self._solver.solve(program)
+        solve_time = perf_counter() - begin
         if not solution.found:
             return self._stop(time, q, v, f"no solution: {solution.status}")
+        costs = {"tracking": tracking.cost(solution.x), "posture": posture.cost(solution.x)}
         torque = dynamics.mass_matrix @ solution.x + load
-        return self._command(torque, solution, reference, tool, error)
+        return self._command(torque, solution, reference, tool, error, costs, solve_time)
 
     def _program(
         self, objective: Objective, dynamics: ArmDynamics, load: Array, q: Array, v: Array
@@ -113,13 +139,21 @@ class TrackingController:
         bounds = acceleration_bounds(limits, self.control_period, q, v)
         return assemble(objective, bounds, [torque_constraint(dynamics.mass_matrix, load, limits.torque)])
 
+    def _weight_to_come(self, time: float, q: Array) -> Array:
+        """Part (n,), N m, of a change of payload that is not yet held."""
+        x = (time - self._carried_since) / BLENDING_TIME
+        if x >= 1.0:
+            return self._zero
+        rest: Array = (1.0 - _smooth_step(x)) * (self._before.gravity(q) - self.arm.gravity(q))
+        return rest
+
     def _blended(self, time: float, reference_velocity: Array, v: Array, jacobian: Array) -> Array:
         """Friction feed-forward coming in and what helped the hand going out, (n,), N m."""
         forward = friction_torque(self.arm.friction, reference_velocity)
         x = (time - self._blend_since) / BLENDING_TIME
         if x >= 1.0:
             return forward
-        share = max(x, 0.0) ** 2 * (3.0 - 2.0 * max(x, 0.0))
+        share = _smooth_step(x)
         blended: Array = share * forward + (1.0 - share) * guiding_torque(self.arm.friction, v, jacobian)
         return blended
 
@@ -131,7 +165,14 @@ class TrackingController:
         return tool_objective(dynamics.jacobian, dynamics.jacobian_drift, wanted, tool.weight_in_base(weight))
 
     def _command(
-        self, torque: Array, solution: Solution, reference: JointReference, tool: ToolTarget, error: Array
+        self,
+        torque: Array,
+        solution: Solution,
+        reference: JointReference,
+        tool: ToolTarget,
+        error: Array,
+        costs: Mapping[str, float],
+        solve_time: float,
     ) -> Command:
         limit, size = self.arm.limits.torque, len(torque)
         active = np.abs(solution.multipliers) > ACTIVE
@@ -149,6 +190,9 @@ class TrackingController:
             bound_active=active[:size],
             status=solution.status,
             fallback=False,
+            costs=costs,
+            solve_time=solve_time,
+            iterations=solution.iterations,
         )
 
     def _stop(self, time: float, q: Array, v: Array, status: str) -> Command:
@@ -162,3 +206,9 @@ def posture_acceleration(reference: JointReference, q: Array, v: Array) -> Array
         reference.acceleration + POSTURE_STIFFNESS * (reference.configuration - q) + damping * (reference.velocity - v)
     )
     return acceleration
+
+
+def _smooth_step(x: float) -> float:
+    """From 0 at x <= 0 to 1 at x = 1, flat at both."""
+    x = max(x, 0.0)
+    return x**2 * (3.0 - 2.0 * x)

@@ -102,3 +102,12 @@ def test_a_stop_is_damped_alone(arm, start):
     stop = GravityCompensation(arm, 2.0)
     expected = arm.gravity(start) - arm.counterbalance(start) - 2.0 * v
     np.testing.assert_allclose(stop.update(0.0, start, v).torque, expected, atol=1e-12)
+
+
+def test_a_payload_is_held_from_when_it_is_carried_on(arm, start):
+    floating, still = GravityCompensation(arm), np.zeros(7)
+    before = floating.update(0.0, start, still).torque
+    heavy = arm.with_payload(0.5)
+    floating.carry(heavy)
+    weight = heavy.gravity(start) - arm.gravity(start)
+    np.testing.assert_allclose(floating.update(0.0, start, still).torque - before, weight, atol=1e-9)

@@ -16,7 +16,7 @@ from pft_exec.control import (
 from pft_exec.control.gravity_compensation import guiding_torque
 from pft_exec.control.quadratic_program import Solution
 from pft_exec.control.tracking import BLENDING_TIME
-from pft_exec.exceptions import ControlError, UnknownMethodError
+from pft_exec.exceptions import ConfigurationError, ControlError, UnknownMethodError
 from pft_exec.handoff import plan_transition
 from pft_exec.model import load_robot
 from tests.control.plant import Plant, arch
@@ -221,3 +221,37 @@ def test_a_control_period_that_is_not_positive_is_refused(arm):
 def test_an_unknown_solver_is_refused(arm):
     with pytest.raises(UnknownMethodError, match="solver"):
         TrackingController(arm, solver="simplex")
+
+
+def test_a_payload_comes_in_as_its_weight_and_nothing_else(arm, start):
+    """At rest on its reference: at once, the torque steps by the payload's gravity; blended, it grows to it."""
+    heavy = arm.with_payload(0.5)
+    controller = TrackingController(arm)
+    controller.follow(holding(start), constant_compliance(100.0), 0.0, blend=False)
+    still = np.zeros(7)
+    before = controller.update(1.0, start, still).torque
+    controller.carry(heavy, since=1.0)
+    np.testing.assert_allclose(controller.update(1.0, start, still).torque, before, atol=1e-9)
+    steps = [controller.update(1.0 + t, start, still).torque for t in np.arange(0.0, 0.1, 0.001)]
+    assert np.abs(np.diff(steps, axis=0)).max() <= 0.2
+    weight = heavy.gravity(start) - arm.gravity(start)
+    np.testing.assert_allclose(steps[-1] - before, weight, atol=1e-6)
+    controller.carry(arm)
+    np.testing.assert_allclose(controller.update(2.0, start, still).torque, before, atol=1e-9)
+
+
+def test_a_model_with_other_joints_cannot_be_carried(arm):
+    other = load_robot("pr2").arm("right")
+    other.limits = type(other.limits)(*(getattr(other.limits, name)[:3] for name in other.limits.__dataclass_fields__))
+    with pytest.raises(ConfigurationError):
+        TrackingController(other).carry(arm)
+
+
+def test_a_command_says_what_its_objectives_cost_and_how_long_it_took(arm, start):
+    controller = TrackingController(arm)
+    controller.follow(holding(start), constant_compliance(100.0), 0.0, blend=False)
+    at_rest = controller.update(0.0, start, np.zeros(7))
+    assert at_rest.costs["tracking"] == pytest.approx(0.0, abs=1e-9)
+    thrown = controller.update(0.0, start + 0.5, np.ones(7))
+    assert thrown.costs["tracking"] > 0.1
+    assert thrown.solve_time > 0.0
