@@ -9,11 +9,14 @@ from time import perf_counter
 import numpy as np
 
 from pft_exec.control import GravityCompensation
-from pft_exec.execution.autonomous import SOFTNESS, about_run, end_figures, judge_end
+from pft_exec.execution.autonomous import SOFTNESS, about_run, end_figures, judge_end, told
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.hand_path import Hand, lead_motion
 from pft_exec.execution.log import ExecutionLog, Stage
-from pft_exec.execution.takeover import Takeover, finish, plan_takeover
+from pft_exec.execution.pursuit import Pursuit
+from pft_exec.execution.stopping import stop
+from pft_exec.execution.takeover import Takeover, plan_takeover, tube_compliance
+from pft_exec.execution.watch import attendants_of, supervisors_of
 from pft_exec.geometry import geodesic_distance
 from pft_exec.handoff import Decision, PolicySettings, TakeoverPolicy
 from pft_exec.learning import FlowTube, MotionLibrary
@@ -101,13 +104,24 @@ def assist(
         reason = f"the hand finished by itself: {person.reason}"
         return loop.log.finish(False, reason, details=details, **about_run(loop))
     tube = tubes[takeover.label]
-    unbroken = finish(loop, takeover, tube, softness=softness, solver=solver, floating=True)
+    compliance = tube_compliance(loop, tube, softness)
+    outcome = Pursuit(
+        loop,
+        takeover,
+        compliance,
+        solver=solver,
+        floating=True,
+        supervisors=supervisors_of(loop, tube),
+        attendants=attendants_of(loop, tube),
+    ).run()
+    if outcome.ending != "finished":
+        stop(loop, outcome.reason)
     verdict = judge_end(loop, tubes.get(label, tube), scene, start)
     details |= {**end_figures(loop, tube), **takeover.jumps(), "join_time": takeover.transition.duration}
     details["tube_goal_error"] = float(np.linalg.norm(tube.end.position - hand.goal.position))
     details["tube_goal_rotation"] = float(geodesic_distance(tube.end.quaternion, hand.goal.quaternion))
-    reason = verdict.reason if unbroken else f"{verdict.reason}; a control period fell back"
-    return loop.log.finish(verdict.success, reason, label=tube.label, details=details, **about_run(loop))
+    success = verdict.success and outcome.ending == "finished"
+    return loop.log.finish(success, told(verdict, outcome), label=tube.label, details=details, **about_run(loop))
 
 
 @dataclass

@@ -11,7 +11,10 @@ from pft_exec.description.success import Verdict, judge_motion
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.log import ExecutionLog
-from pft_exec.execution.takeover import finish, plan_takeover
+from pft_exec.execution.pursuit import Outcome, Pursuit
+from pft_exec.execution.stopping import stop
+from pft_exec.execution.takeover import plan_takeover, tube_compliance
+from pft_exec.execution.watch import attendants_of, supervisors_of
 from pft_exec.geometry import Pose, geodesic_distance
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.simulation import Push, World
@@ -68,15 +71,32 @@ def execute(
     takeover = plan_takeover(loop, flow_tube, 0.0, pace, np.zeros(len(loop.arm.joint_names)))
     if takeover.reason:
         raise UnreachableError(takeover.reason)
-    unbroken = finish(loop, takeover, flow_tube, softness=softness, solver=solver, floating=False)
+    compliance = tube_compliance(loop, flow_tube, softness)
+    outcome = Pursuit(
+        loop,
+        takeover,
+        compliance,
+        solver=solver,
+        supervisors=supervisors_of(loop, flow_tube),
+        attendants=attendants_of(loop, flow_tube),
+    ).run()
+    if outcome.ending != "finished":
+        stop(loop, outcome.reason)
     verdict = judge_end(loop, flow_tube, scene, start)
     return loop.log.finish(
-        verdict.success,
-        verdict.reason if unbroken else f"{verdict.reason}; a control period fell back",
+        verdict.success and outcome.ending == "finished",
+        told(verdict, outcome),
         label=flow_tube.label,
         details={**end_figures(loop, flow_tube), **takeover.jumps(), "join_time": takeover.transition.duration},
         **about_run(loop),
     )
+
+
+def told(verdict: Verdict, outcome: Outcome) -> str:
+    """Why a run ended as it did: the task's verdict, and what happened on the way."""
+    if outcome.ending != "finished":
+        return outcome.reason
+    return f"{verdict.reason}; a control period fell back" if outcome.fallbacks else verdict.reason
 
 
 def about_run(loop: ControlLoop) -> dict[str, str]:

@@ -1,25 +1,21 @@
-"""Taking over: a jerk-limited transition onto the tube, then the tube to its end, then rest.
+"""Taking over: planned once, a jerk-limited transition onto the tube and the tube to its end.
 
-What `execute` does from a standstill and `assist` in the middle of a person's motion.
+What `execute` does from a standstill and `assist` in the middle of a person's motion; a `Pursuit` carries it out.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 
-from pft_exec.control import JointReference, TrackingController, compute_compliance, joined, plan_joint_trajectory
+from pft_exec.control import Compliance, JointReference, compute_compliance, plan_joint_trajectory
 from pft_exec.control.joint_trajectory import JointTrajectory
 from pft_exec.execution.control_loop import ControlLoop
-from pft_exec.execution.log import Stage
 from pft_exec.geometry import Array
 from pft_exec.handoff import JointState, Transition, plan_transition
 from pft_exec.learning.flow_tube import FlowTube
 
-HOLD_TIME = 0.4
-"""s of rest at the tube's end before the run counts as finished."""
 REACH = (0.02, 0.1)
 """m, rad; a tube from which the arm's nearest path strays farther is beyond its reach."""
 
@@ -98,41 +94,14 @@ def plan_takeover(loop: ControlLoop, tube: FlowTube, phase: float, pace: float, 
     return Takeover(trajectory, transition, tube.label, reason)
 
 
-def finish(
-    loop: ControlLoop, takeover: Takeover, tube: FlowTube, *, softness: float, solver: str, floating: bool
-) -> bool:
-    """Carry a plan out: transition, tube, rest. True where no control period had to fall back.
+def tube_compliance(loop: ControlLoop, tube: FlowTube, softness: float) -> Compliance:
+    """Gains and weights, base frame, of a tube in the world frame; computed once per tube.
 
     Parameters
     ----------
     loop : ControlLoop
-    takeover : Takeover
-        Without a `reason`.
     tube : FlowTube
-        World frame.
     softness : float, s^4/m^2
         See `pft_exec.control.compute_compliance`.
-    solver : str
-    floating : bool
-        Whether the arm floated until now; then friction feed-forward and damping are blended.
     """
-    in_base = tube.transformed(loop.world.base.inverse())
-    controller = TrackingController(loop.arm, loop.world.control_period, solver)
-    join = takeover.transition.duration
-    reference = joined(takeover.transition.at, join, takeover.trajectory.at)
-    begin = loop.time
-    controller.follow(reference, compute_compliance(in_base, softness), begin, blend=floating)
-    loop.log.event(begin + join, "joined", f"the tube of {tube.label!r} {join:.3f} s after the take-over")
-    fallbacks = 0
-    while loop.time - begin < takeover.duration + HOLD_TIME:
-        elapsed = loop.time - begin
-        stage = Stage.TRANSITION if elapsed < join else Stage.TUBE if elapsed < takeover.duration else Stage.HOLD
-        started = perf_counter()
-        command = controller.update(loop.time, *loop.sense())
-        tick = perf_counter() - started
-        if command.fallback:
-            fallbacks += 1
-            if fallbacks == 1:
-                loop.log.event(loop.time, "fallback", command.status)
-        loop.apply(command, stage, tick)
-    return fallbacks == 0
+    return compute_compliance(tube.transformed(loop.world.base.inverse()), softness)

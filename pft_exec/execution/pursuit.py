@@ -1,0 +1,239 @@
+"""The pursuit: a planned take-over carried out, one control period after the other, until something ends it.
+
+One period is: sense, supervise, command, apply, let the reference's time advance, attend. Supervisors look before the
+command and may slow the reference down along the tube or end the pursuit; attendants act after the period, such as on
+what the tube says of the gripper. How a pursuit ends is a value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Literal
+
+from pft_exec.control import (
+    Command,
+    Compliance,
+    JointReference,
+    Reference,
+    TrackingController,
+    joined,
+)
+from pft_exec.execution.control_loop import ControlLoop, Pull
+from pft_exec.execution.log import Stage
+from pft_exec.execution.takeover import Takeover
+from pft_exec.geometry import Array
+from pft_exec.handoff import PacedClock
+
+HOLD_TIME = 0.4
+"""s of rest at the tube's end before a pursuit counts as finished."""
+
+Ending = Literal["finished", "taken_back", "stopped"]
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """One control period of a pursuit, as supervisors and attendants see it.
+
+    Parameters
+    ----------
+    time : float, s
+        Since the run began.
+    clock : float, s
+        Of the reference, since the take-over; behind the time where the pursuit was slowed down.
+    stage : Stage
+    configuration, velocity : (n,), rad, rad/s
+        As sensed at the beginning of the period.
+    command : Command or None
+        The last one: for a supervisor the period before (None in the first), for an attendant this period's.
+    """
+
+    time: float
+    clock: float
+    stage: Stage
+    configuration: Array
+    velocity: Array
+    command: Command | None
+
+    @property
+    def phase(self) -> float:
+        """Place along the tube, in [0, 1], of the last command."""
+        return 0.0 if self.command is None else self.command.phase
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a supervisor wants.
+
+    Parameters
+    ----------
+    rate : float
+        Pace of the reference beside the planned one: 1 goes on, between 0 and 1 slows down along the tube, 0 waits.
+    ending : "taken_back", "stopped" or None
+        None goes on.
+    reason : str
+        For people to read.
+    """
+
+    rate: float = 1.0
+    ending: Ending | None = None
+    reason: str = ""
+
+
+GO_ON = Verdict()
+Supervisor = Callable[[Instant], Verdict]
+Attendant = Callable[[Instant], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """How a pursuit ended.
+
+    Parameters
+    ----------
+    ending : "finished", "taken_back" or "stopped"
+    reason : str
+        Why, where it did not finish.
+    phase : float
+        Place along the tube, in [0, 1], where it ended.
+    fallbacks : int
+        Control periods that had to fall back to gravity compensation.
+    command : Command or None
+        The last one; None where it ended before the first.
+    """
+
+    ending: Ending
+    reason: str
+    phase: float
+    fallbacks: int
+    command: Command | None
+
+    @property
+    def is_clean(self) -> bool:
+        """Whether it finished and no control period fell back."""
+        return self.ending == "finished" and self.fallbacks == 0
+
+
+class Pursuit:
+    """Carry out a take-over: transition, tube, rest.
+
+    Parameters
+    ----------
+    loop : ControlLoop
+    takeover : Takeover
+        Without a `reason`.
+    compliance : Compliance
+        Of the tube, base frame.
+    solver : str
+        Of the quadratic program.
+    floating : bool
+        Whether the arm floated until now; then friction feed-forward and damping are blended.
+    supervisors : sequence of Supervisor
+        Asked in turn before each command; the slowest rate counts, and the first ending.
+    attendants : sequence of Attendant
+        Called in turn after each period.
+    pull : callable or None
+        The hand, as long as it has not quite let go.
+    """
+
+    def __init__(
+        self,
+        loop: ControlLoop,
+        takeover: Takeover,
+        compliance: Compliance,
+        *,
+        solver: str = "daqp",
+        floating: bool = False,
+        supervisors: Sequence[Supervisor] = (),
+        attendants: Sequence[Attendant] = (),
+        pull: Pull | None = None,
+    ) -> None:
+        self.loop = loop
+        self.takeover = takeover
+        self.clock = PacedClock()
+        self._supervisors, self._attendants, self._pull = tuple(supervisors), tuple(attendants), pull
+        self._fallbacks = 0
+        self._command: Command | None = None
+        self._controller = TrackingController(loop.arm, loop.world.control_period, solver)
+        self._reference = joined(takeover.transition.at, takeover.transition.duration, takeover.trajectory.at)
+        self._controller.follow(self._paced, compliance, loop.time, blend=floating)
+
+    def run(self) -> Outcome:
+        """Go on to the end, whichever it is."""
+        outcome = None
+        while outcome is None:
+            outcome = self.period()
+        return outcome
+
+    def period(self) -> Outcome | None:
+        """One control period; an outcome ends the pursuit, and where it is not "finished", nothing was applied."""
+        if self.clock.time >= self.takeover.duration + HOLD_TIME:
+            return self._outcome("finished", "")
+        started = perf_counter()
+        q, v = self.loop.sense()
+        verdict = self._supervise(self._instant(q, v))
+        if verdict.ending is not None:
+            return self._outcome(verdict.ending, verdict.reason)
+        command = self._controller.update(self.loop.time, q, v)
+        stage = self.stage
+        self.loop.apply(command, stage, perf_counter() - started, self._pull)
+        self._note(command)
+        self.clock.advance(self.loop.world.control_period, verdict.rate)
+        if stage is Stage.TRANSITION and self.stage is not stage:
+            self._note_join()
+        for attend in self._attendants:
+            attend(self._instant(q, v))
+        return None
+
+    @property
+    def stage(self) -> Stage:
+        """Of the period that comes now."""
+        if self.clock.time < self.takeover.transition.duration:
+            return Stage.TRANSITION
+        return Stage.TUBE if self.clock.time < self.takeover.duration else Stage.HOLD
+
+    def _paced(self, _: float) -> JointReference:
+        """The reference now, at the pace of the clock."""
+        return paced(self._reference, self.clock)
+
+    def _instant(self, q: Array, v: Array) -> Instant:
+        return Instant(self.loop.time, self.clock.time, self.stage, q, v, self._command)
+
+    def _supervise(self, instant: Instant) -> Verdict:
+        """All supervisors' verdicts in one: the slowest rate, the first ending."""
+        rate = 1.0
+        for supervise in self._supervisors:
+            verdict = supervise(instant)
+            if verdict.ending is not None:
+                return verdict
+            rate = min(rate, verdict.rate)
+        return GO_ON if rate == 1.0 else Verdict(max(rate, 0.0))
+
+    def _note(self, command: Command) -> None:
+        self._command = command
+        if command.fallback:
+            self._fallbacks += 1
+            if self._fallbacks == 1:
+                self.loop.log.event(self.loop.time, "fallback", command.status)
+
+    def _note_join(self) -> None:
+        join, label = self.takeover.transition.duration, self.takeover.label
+        self.loop.log.event(self.loop.time, "joined", f"the tube of {label!r} {join:.3f} s after the take-over")
+
+    def _outcome(self, ending: Ending, reason: str) -> Outcome:
+        phase = 0.0 if self._command is None else self._command.phase
+        return Outcome(ending, reason, phase, self._fallbacks, self._command)
+
+
+def paced(reference: Reference, clock: PacedClock) -> JointReference:
+    """A reference where its clock is now, velocity and acceleration at the clock's rate."""
+    planned = reference(clock.time)
+    if clock.rate == 1.0 and clock.change == 0.0:
+        return planned
+    return JointReference(
+        planned.configuration,
+        clock.rate * planned.velocity,
+        clock.rate**2 * planned.acceleration + clock.change * planned.velocity,
+        planned.phase,
+    )

@@ -1,0 +1,39 @@
+"""Stopping: damped gravity compensation until the arm is at rest; how every run ends that cannot go on."""
+
+from __future__ import annotations
+
+from time import perf_counter
+
+import numpy as np
+
+from pft_exec.control import GravityCompensation
+from pft_exec.control.tracking import FALLBACK_DAMPING
+from pft_exec.execution.control_loop import ControlLoop
+from pft_exec.execution.log import Stage
+
+REST_SPEED = 0.02
+"""rad/s; all joints slower than this are at rest."""
+REST_TIME = 0.1
+"""s for which they must be."""
+LONGEST = 2.0
+"""s after which a stop is over, at rest or not."""
+
+
+def stop(loop: ControlLoop, reason: str) -> None:
+    """Log why, and hold the arm in damped gravity compensation until it rests.
+
+    Parameters
+    ----------
+    loop : ControlLoop
+    reason : str
+    """
+    loop.log.event(loop.time, "stop", reason)
+    floating = GravityCompensation(loop.arm, FALLBACK_DAMPING)
+    begin = moved = loop.time
+    while loop.time - moved < REST_TIME and loop.time - begin < LONGEST:
+        started = perf_counter()
+        q, v = loop.sense()
+        if not np.max(np.abs(v)) < REST_SPEED:
+            moved = loop.time
+        command = floating.update(loop.time, q, v, f"stopped: {reason}")
+        loop.apply(command, Stage.STOPPED, perf_counter() - started)
