@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-Purpose = Literal["teach", "evaluate", "assist", "camera"]
+Purpose = Literal["teach", "evaluate", "assist", "camera", "mismatch", "fault"]
 
 
 def random_stream(seed: int, purpose: Purpose, *keys: str | int) -> np.random.Generator:
@@ -21,9 +21,9 @@ def random_stream(seed: int, purpose: Purpose, *keys: str | int) -> np.random.Ge
     ----------
     seed : int
         Not negative.
-    purpose : "teach", "evaluate", "assist" or "camera"
+    purpose : "teach", "evaluate", "assist", "camera", "mismatch" or "fault"
         "teach" is for demonstrations alone; scenes of any evaluation come from "evaluate", the person who begins a
-        motion there from "assist".
+        motion there from "assist"; noise of sensors from "mismatch", what is broken on purpose from "fault".
     *keys : str or int
         What within the purpose, such as a label or a number of a scene.
 

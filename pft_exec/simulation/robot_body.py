@@ -1,7 +1,7 @@
 """The robot's body in the physics engine: joints sensed and driven by torque, arms braked or released, grippers.
 
 The only place where joint states come out of the engine (`RobotBody.sense`) and joint torques go into it
-(`RobotBody.actuate`); sensor and motor faults have their place here.
+(`RobotBody.actuate`); what sensors and motors get wrong (`disturbance`) enters at these two places.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pft_exec.description import GripperDescription
 from pft_exec.exceptions import SimulationError
 from pft_exec.geometry import Array, Pose
 from pft_exec.model import Arm, RobotModel
+from pft_exec.simulation.disturbance import Disturbance, Encoder, Mismatch
 from pft_exec.simulation.engine import Engine, simulation_errors
 from pft_exec.simulation.gripper import GripperDrive
 
@@ -30,6 +31,10 @@ class RobotBody:
     robot : RobotModel
     base : Pose
         Of the robot's base frame, world frame.
+    mismatch : Mismatch or None
+        How it differs from its model; None: not at all.
+    steps_per_period : int
+        Physics steps in a control period.
 
     Raises
     ------
@@ -37,9 +42,17 @@ class RobotBody:
         If PyBullet cannot load the URDF, or the URDF lacks a joint of an arm.
     """
 
-    def __init__(self, engine: Engine, robot: RobotModel, base: Pose) -> None:
+    def __init__(
+        self,
+        engine: Engine,
+        robot: RobotModel,
+        base: Pose,
+        mismatch: Mismatch | None = None,
+        steps_per_period: int = 1,
+    ) -> None:
         self._client = engine.client
         self._physics_step = engine.physics_step
+        self._steps_per_period = steps_per_period
         self._arms: dict[str, Arm] = {name: robot.arm(name) for name in robot.arms}
         self._grippers: dict[str, GripperDescription] = {
             name: arm.gripper for name, arm in robot.description.arms.items() if arm.gripper is not None
@@ -56,12 +69,15 @@ class RobotBody:
         self._find_joints(robot)
         self._prepare_joints()
         self._clear_commands()
+        if mismatch is not None:
+            self.disturb(mismatch)
 
     def _find_joints(self, robot: RobotModel) -> None:
         """Order the moving joints arm by arm, then fingers, then the rest, so that each group is a slice."""
         count = pybullet.getNumJoints(self.body, physicsClientId=self._client)
         infos = [pybullet.getJointInfo(self.body, index, physicsClientId=self._client) for index in range(count)]
         moving = {info[1].decode(): index for index, info in enumerate(infos) if info[2] != pybullet.JOINT_FIXED}
+        self._links = {info[12].decode(): index for index, info in enumerate(infos)}
         names: list[str] = []
         self._columns: dict[str, slice] = {}
         self._fingers: dict[str, slice] = {}
@@ -98,6 +114,9 @@ class RobotBody:
         self._extra = np.zeros(count)
         self._is_pushed = False
         self._state: tuple[Array, Array] | None = None
+        self._disturbance: Disturbance | None = None
+        self._encoders: dict[str, Encoder] = {}
+        self._reported: dict[str, tuple[Array, Array]] = {}
         self._released: dict[str, Arm] = {}
         self._width_goal = {name: gripper.closed_width for name, gripper in self._grippers.items()}
         self._width = dict(self._width_goal)
@@ -114,16 +133,61 @@ class RobotBody:
         return self._state
 
     def arm_state(self, arm: str) -> tuple[Array, Array]:
-        """Configuration and velocity (n,) of an arm, rad and rad/s."""
+        """Configuration and velocity (n,) of an arm as its encoders report them, rad and rad/s."""
+        if arm not in self._reported:
+            self._reported[arm] = self._report(arm)
+        q, v = self._reported[arm]
+        return q.copy(), v.copy()
+
+    def true_state(self, arm: str) -> tuple[Array, Array]:
+        """Configuration and velocity (n,) of an arm as they are, rad and rad/s; no controller may see them."""
         q, v = self.sense()
         columns = self._columns[arm]
         return q[columns].copy(), v[columns].copy()
+
+    def _report(self, arm: str) -> tuple[Array, Array]:
+        q, v = self.true_state(arm)
+        if self._disturbance is not None:
+            q, v = self._disturbance.measured(self._columns[arm], q, v)
+        return self._encoders[arm](q, v) if arm in self._encoders else (q, v)
+
+    def set_encoder(self, arm: str, encoder: Encoder | None) -> None:
+        """Let an arm's encoders report something else; None mends them."""
+        self._encoders.pop(arm, None)
+        if encoder is not None:
+            self._encoders[arm] = encoder
+        self._reported.clear()
+
+    def disturb(self, mismatch: Mismatch) -> None:
+        """Let the plant differ from its model from now on."""
+        self._disturbance = Disturbance(mismatch, len(self._indices), self._steps_per_period)
+        self._reported.clear()
+        for name, arm in self._arms.items():
+            for index, viscous in zip(self._indices[self._columns[name]], arm.friction.viscous, strict=True):
+                damping = mismatch.friction * viscous
+                pybullet.changeDynamics(self.body, index, jointDamping=damping, physicsClientId=self._client)
+            self._load_tool(arm.tool_frame, mismatch.payload)
+        for name in self._released:
+            self._disturbance.hold(name, self._torque[self._columns[name]].copy())
+            self._rub(name)
+
+    def _load_tool(self, link: str, mass: float) -> None:
+        """Make the massless link of a tool a point mass: it weighs, and resists acceleration, as a real load does."""
+        pybullet.changeDynamics(
+            self.body,
+            self._links[link],
+            mass=mass,
+            localInertiaDiagonal=[0.0] * 3,
+            physicsClientId=self._client,
+        )
 
     def command(self, arm: str, torque: Array) -> None:
         """Set the motor torque (n,), N m, until it is set again, clipped at the limits; releases the brake."""
         if arm not in self._released:
             self._release(arm)
         limit = self._arms[arm].limits.torque
+        if self._disturbance is not None:
+            limit = self._disturbance.mismatch.strength * limit
         self._torque[self._columns[arm]] = np.minimum(np.maximum(torque, -limit), limit)
 
     def torque(self, arm: str) -> Array:
@@ -139,7 +203,7 @@ class RobotBody:
         On a chain with a fixed base a wrench at the tool is, exactly, the joint torque ``J^T F``; that way it does not
         depend on link poses that the engine keeps one step late.
         """
-        q, _ = self.arm_state(arm)
+        q, _ = self.true_state(arm)
         self._extra[self._columns[arm]] += self._arms[arm].jacobian(q).T @ wrench
         self._is_pushed = True
 
@@ -149,6 +213,8 @@ class RobotBody:
         total = self._torque.copy()
         for name, arm in self._released.items():
             columns = self._columns[name]
+            if self._disturbance is not None:
+                total[columns] = self._disturbance.delivered(name, columns, total[columns], q[columns])
             total[columns] += arm.counterbalance(q[columns])
         for name in self._grippers:
             total[self._fingers[name]] = self._finger_forces(name, q, v)
@@ -159,7 +225,13 @@ class RobotBody:
         pybullet.setJointMotorControlArray(
             self.body, self._indices, pybullet.TORQUE_CONTROL, forces=total, physicsClientId=self._client
         )
+        if self._disturbance is not None:
+            self._disturbance.advance()
+        self._forget_state()
+
+    def _forget_state(self) -> None:
         self._state = None
+        self._reported.clear()
 
     def _finger_forces(self, name: str, q: Array, v: Array) -> tuple[float, float]:
         drive, fingers = self._drives[name], self._fingers[name]
@@ -216,8 +288,18 @@ class RobotBody:
         return arm not in self._released
 
     def _release(self, arm: str) -> None:
-        self._released[arm] = self._arms[arm]
-        self._set_friction_motors(self._indices[self._columns[arm]], self._arms[arm].friction.coulomb.tolist())
+        model = self._arms[arm]
+        self._released[arm] = model
+        if self._disturbance is not None:
+            q = self.sense()[0][self._columns[arm]]
+            self._disturbance.hold(arm, model.gravity(q) - model.counterbalance(q))
+        self._rub(arm)
+
+    def _rub(self, arm: str) -> None:
+        """Set the Coulomb friction of a released arm."""
+        factor = 1.0 if self._disturbance is None else self._disturbance.mismatch.friction
+        friction = factor * self._arms[arm].friction.coulomb
+        self._set_friction_motors(self._indices[self._columns[arm]], friction.tolist())
 
     def _set_friction_motors(self, indices: Sequence[int], friction: Sequence[float]) -> None:
         """Coulomb friction as velocity motors towards rest: PyBullet ignores the friction of a URDF."""
@@ -246,7 +328,7 @@ class RobotBody:
     def _reset_joints(self, columns: slice, positions: Array) -> None:
         for index, position in zip(self._indices[columns], positions, strict=True):
             pybullet.resetJointState(self.body, index, float(position), 0.0, physicsClientId=self._client)
-        self._state = None
+        self._forget_state()
 
 
 def _append(names: list[str], more: Sequence[str]) -> slice:

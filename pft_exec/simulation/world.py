@@ -18,6 +18,7 @@ from pft_exec.exceptions import MissingObjectError, SimulationError, UnknownArmE
 from pft_exec.geometry import Array, Pose, conjugate, multiply, rotate
 from pft_exec.model import Arm, RobotModel, load_robot
 from pft_exec.simulation.camera import Camera
+from pft_exec.simulation.disturbance import Encoder, Mismatch
 from pft_exec.simulation.engine import Engine
 from pft_exec.simulation.object_body import ObjectBody
 from pft_exec.simulation.placement import default_arm, draw_reachable_scene, task_for
@@ -44,6 +45,8 @@ class World:
         For the scene, where none is given, and for what happens in this world where no other seed is named.
     control_period, physics_step : float, s
         The period is a whole number of steps.
+    mismatch : Mismatch or None
+        How the plant differs from the model, also after each reset; None: not at all.
 
     Raises
     ------
@@ -65,12 +68,14 @@ class World:
         *,
         control_period: float = 1e-3,
         physics_step: float = 1e-3,
+        mismatch: Mismatch | None = None,
     ) -> None:
         self.robot = robot if isinstance(robot, RobotModel) else load_robot(robot)
         self.task = task if isinstance(task, TaskDescription) else load_task(task)
         self.seed = seed
         self.control_period, self.physics_step = control_period, physics_step
         self._at_origin = self.base == Pose(np.zeros(3))
+        self._mismatch = mismatch
         self.steps_per_period = _steps_per_period(control_period, physics_step)
         self._scene = _checked_scene(self.task, scene or self.draw_scene(seed))
         self._engine = Engine(physics_step, gui)
@@ -81,7 +86,9 @@ class World:
         """Load everything into an empty engine, always in the same order."""
         self._engine.clear()
         self._count = 0
-        self._robot_body: RobotBody | None = RobotBody(self._engine, self.robot, self.base)
+        self._robot_body: RobotBody | None = RobotBody(
+            self._engine, self.robot, self.base, self._mismatch, self.steps_per_period
+        )
         self._objects = {
             name: ObjectBody(self._engine, item, item.fixed.pose if item.fixed is not None else self._scene[name])
             for name, item in self.task.objects.items()
@@ -136,8 +143,26 @@ class World:
         return task_for(self.robot, self.task, self.arm_name(arm))
 
     def state(self, arm: str | None = None) -> tuple[Array, Array]:
-        """Configuration (n,), rad, and velocity (n,), rad/s, of an arm now."""
+        """Measured configuration (n,), rad, and velocity (n,), rad/s, of an arm now."""
         return self._body.arm_state(self.arm_name(arm))
+
+    def true_state(self, arm: str | None = None) -> tuple[Array, Array]:
+        """Configuration (n,), rad, and velocity (n,), rad/s, of an arm as they are, to judge by, never to control."""
+        return self._body.true_state(self.arm_name(arm))
+
+    @property
+    def mismatch(self) -> Mismatch:
+        """How the plant differs from the model."""
+        return self._mismatch or Mismatch()
+
+    def disturb(self, mismatch: Mismatch) -> None:
+        """Let the plant differ from the model from now on, also after a reset."""
+        self._mismatch = mismatch
+        self._body.disturb(mismatch)
+
+    def set_encoder(self, arm: str, encoder: Encoder | None) -> None:
+        """Let an arm's encoders report something else until the next reset; None mends them."""
+        self._body.set_encoder(self.arm_name(arm), encoder)
 
     def tool(self, arm: str | None = None) -> Pose:
         """Pose of an arm's tool now, world frame; by the model, from the measured configuration."""
@@ -146,12 +171,12 @@ class World:
         return pose if self._at_origin else self.base @ pose
 
     def tool_motion(self, arm: str | None = None) -> tuple[Array, Array, Array]:
-        """Position (3,), m, quaternion (4,), (x, y, z, w), and velocity (6,) of an arm's tool now, world frame.
+        """Position (3,), m, quaternion (4,), (x, y, z, w), and velocity (6,) of an arm's true tool now, world frame.
 
         The velocity is linear, m/s, then angular, rad/s. As `tool`, but fast enough for every physics step.
         """
         name = self.arm_name(arm)
-        dynamics = self.robot.arm(name).dynamics(*self._body.arm_state(name))
+        dynamics = self.robot.arm(name).dynamics(*self._body.true_state(name))
         if self._at_origin:
             return dynamics.position, dynamics.quaternion, dynamics.velocity
         turn = self.base.quaternion
