@@ -1,4 +1,4 @@
-"""Segmentation: pieces of a recording, and a recording without its idle ends."""
+"""Segmentation: pieces of a recording, its discrete changes, and a recording without its idle ends."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pft_exec.geometry import Array
 
 IDLE_SPEED = 0.02  # of the greatest smoothed speed; a resting hand's tremor stays below, the slowest motion above
 IDLE_WINDOW = 0.02  # of the duration over which speed is measured, so that tremor and quantization average out
+SUDDEN = 8.0  # times its median speed: a signal that changes faster does something; noise and a steady drift do not
 
 
 def split_at_keyframes(demonstration: Demonstration) -> list[Demonstration]:
@@ -49,12 +50,16 @@ def moving_range(demonstration: Demonstration) -> tuple[int, int]:
     """First and one past the last sample of the motion itself, idle ends left out; at least two samples.
 
     Idle means slower than `IDLE_SPEED` of the greatest speed, over `IDLE_WINDOW` of the duration, in position and in
-    orientation alike. A recording that never moves is all motion.
+    orientation alike, while no discrete signal changes and no continuous one changes at more than `SUDDEN` times its
+    usual speed: a gripper that closes while the tool rests is part of the motion. A recording in which nothing moves
+    or changes is all motion.
     """
-    speed = _speed(demonstration)
-    if not speed.max() > 0.0:
+    busy = (_speed(demonstration) > IDLE_SPEED) | _sudden(demonstration)
+    changes = discrete_changes(demonstration)
+    busy[changes] = busy[changes - 1] = True
+    if not busy.any():
         return 0, len(demonstration)
-    moving = np.flatnonzero(speed > IDLE_SPEED)
+    moving = np.flatnonzero(busy)
     start, stop = int(moving[0]), int(moving[-1]) + 1
     start = min(start, len(demonstration) - 2)
     return start, max(stop, start + 2)
@@ -77,17 +82,31 @@ def _relabeled(demonstration: Demonstration, label: str) -> Demonstration:
 
 
 def _speed(demonstration: Demonstration) -> Array:
-    """Speed (N,), each channel divided by its own greatest, the faster channel counts."""
-    time = demonstration.time
-    half = 0.5 * IDLE_WINDOW * demonstration.duration
-    before = np.maximum(np.searchsorted(time, time - half, side="right") - 1, 0)
-    after = np.minimum(np.searchsorted(time, time + half, side="left"), len(time) - 1)
-    span = np.maximum(time[after] - time[before], np.finfo(float).tiny)
-    speed = np.zeros(len(time))
+    """Speed (N,) of the tool, each channel divided by its own greatest, the faster channel counts."""
+    speed = np.zeros(len(demonstration))
     for values in (demonstration.position, demonstration.quaternion):
         if values is None:
             continue
-        channel = np.linalg.norm(values[after] - values[before], axis=1) / span
+        channel = np.linalg.norm(_rates(demonstration.time, values), axis=1)
         if channel.max() > 0.0:
             speed = np.maximum(speed, channel / channel.max())
     return speed
+
+
+def _sudden(demonstration: Demonstration) -> NDArray[np.bool_]:
+    """Samples (N,) at which a continuous signal changes much faster than it usually does."""
+    sudden = np.zeros(len(demonstration), dtype=bool)
+    for values in demonstration.continuous.values():
+        rate = np.abs(_rates(demonstration.time, values))
+        sudden |= rate > max(SUDDEN * float(np.median(rate)), IDLE_SPEED * float(rate.max()))
+    return sudden
+
+
+def _rates(time: Array, values: Array) -> Array:
+    """Rates of change (N, ...) of values (N, ...) over `IDLE_WINDOW` of the duration."""
+    half = 0.5 * IDLE_WINDOW * float(time[-1] - time[0])
+    before = np.maximum(np.searchsorted(time, time - half, side="right") - 1, 0)
+    after = np.minimum(np.searchsorted(time, time + half, side="left"), len(time) - 1)
+    span = np.maximum(time[after] - time[before], np.finfo(float).tiny)
+    rates: Array = (values[after] - values[before]) / span.reshape(-1, *(1,) * (values.ndim - 1))
+    return rates

@@ -23,6 +23,7 @@ from pft_exec.learning.resampling import nearest_at, own_time, quaternions_at, r
 STEPS = 100  # steps of a tube: 20 ms of a 2 s motion; each of five circles has 20, 1 % of the radius off the arc
 TIME_WEIGHT = 0.1  # of the extent that a whole duration counts, so that pauses are not warped at random
 TURN_SCALE = 1.0  # rad that counts as much as the extent of the path, where the motion turns less
+LANDMARK_WEIGHT = 10.0  # extents that a landmark counts: no step before one is aligned with a step behind it
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +74,8 @@ def sample_at(demonstrations: Sequence[Demonstration], phase: Array) -> AlignedS
     )
 
 
-def even_phases(count: int, steps: int = STEPS) -> Array:
-    """Shares (K, N) of the duration, evenly from 0 to 1."""
-    return np.tile(np.linspace(0.0, 1.0, steps), (count, 1))
-
-
-def warped_phases(path: Array, turns: Array | None, even: AlignedSet) -> Array:
-    """Shares (K, N) of their durations at which demonstrations pass the steps of paths predicted for them.
+def warped_phases(path: Array, turns: Array | None, even: AlignedSet, passed: Array) -> Array:
+    """Shares (K, N) of the even steps at which demonstrations pass the steps of paths predicted for them.
 
     Parameters
     ----------
@@ -87,15 +83,17 @@ def warped_phases(path: Array, turns: Array | None, even: AlignedSet) -> Array:
         Prediction for each demonstration's scene.
     turns : (K, N, 4), (x, y, z, w), or None
     even : AlignedSet
-        The demonstrations at equal shares of their durations.
+        The demonstrations at even steps.
+    passed : (N,)
+        How many landmarks lie behind each step, in the paths and in the demonstrations.
     """
     steps = path.shape[1]
     extent = max(float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1))), 1e-12)
-    clock = TIME_WEIGHT * np.linspace(0.0, 1.0, steps)[:, None]
+    clock = np.stack([TIME_WEIGHT * np.linspace(0.0, 1.0, steps), LANDMARK_WEIGHT * passed], axis=1)
     weight = 0.0
     if turns is not None and even.quaternion is not None:
         weight = 1.0 / max(float(geodesic_distance(even.quaternion[:, :1], even.quaternion).max()), TURN_SCALE)
-    warped = [
+    matched = [
         matched_samples(
             np.hstack([path[k] / extent, clock]),
             np.hstack([even.position[k] / extent, clock]),
@@ -105,6 +103,6 @@ def warped_phases(path: Array, turns: Array | None, even: AlignedSet) -> Array:
         )
         for k in range(len(path))
     ]
-    phase: Array = np.stack(warped) / (steps - 1.0)
-    phase[:, 0], phase[:, -1] = 0.0, 1.0
-    return phase
+    warped: Array = np.stack(matched) / (steps - 1.0)
+    warped[:, 0], warped[:, -1] = 0.0, 1.0
+    return warped

@@ -24,6 +24,7 @@ from pft_exec.geometry import (
     rotate,
     sign_continuous,
 )
+from pft_exec.learning.events import TubeEvent, find_events
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,6 +226,23 @@ class FlowTube:
             continuous_deviation={name: float(between(values)) for name, values in self.continuous_deviation.items()},
             discrete={name: between(values) for name, values in self.discrete.items()},
         )
+
+    def events(self) -> list[TubeEvent]:
+        """Changes of the most probable value of each discrete signal, in the order of their phases.
+
+        The values at phase 0 are no events: `initial_values` holds them.
+        """
+        found = [
+            event
+            for name in sorted(self.discrete)
+            for event in find_events(name, self.phase, self.discrete[name], self.discrete_values[name])
+        ]
+        return sorted(found, key=lambda event: event.phase)
+
+    @cached_property
+    def initial_values(self) -> Mapping[str, int]:
+        """Most probable value of each discrete signal at phase 0."""
+        return {name: int(self.discrete_values[name][np.argmax(p[0])]) for name, p in self.discrete.items()}
 
     def mirrored(self, plane: Pose | None = None) -> FlowTube:
         """The tube mirrored in the xz plane of `plane` (identity where None)."""

@@ -15,7 +15,7 @@ import numpy as np
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import MissingObjectError
 from pft_exec.geometry import Array, Pose, multiply, quaternion_from_rotation_vector, relative_rotation_vector
-from pft_exec.learning.alignment import AlignedSet, even_phases, moving_parts, sample_at, warped_phases
+from pft_exec.learning.alignment import STEPS, AlignedSet, moving_parts, sample_at, shared_names, warped_phases
 from pft_exec.learning.averaging import average
 from pft_exec.learning.covariance import residual_covariance
 from pft_exec.learning.endpoint import (
@@ -40,6 +40,7 @@ from pft_exec.learning.experts import (
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.learning.frames import object_names, object_poses
+from pft_exec.learning.landmarks import find_landmarks, passed_landmarks, phases_at, phases_through
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
 from pft_exec.learning.stacking import blend_positions, blend_turns, stack_weights
@@ -196,7 +197,9 @@ def _leave_one_out(experts: Experts, poses: Poses, even: AlignedSet) -> tuple[Ex
 def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVariables) -> RobustMotion:
     """Learn one motion, its motion variables being decided."""
     moving = moving_parts(demonstrations)
-    even = sample_at(moving, even_phases(len(moving)))
+    landmarks = find_landmarks(moving, shared_names([d.discrete for d in moving]))
+    phases = phases_through(landmarks, STEPS)
+    even = sample_at(moving, phases)
     extent = float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1)))
     first = _tool(even, 0)
     poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
@@ -204,16 +207,24 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     experts = _make_experts(even, variables, poses | {START: first}, start.floor)
     poses[START] = _predicted_begin(start, poses, first, leave_out=True)
     experts, weights, blend = _leave_one_out(experts, poses, even)
-    aligned = sample_at(moving, warped_phases(blend.position, blend.turn, even))
+    warped = warped_phases(blend.position, blend.turn, even, passed_landmarks(landmarks, STEPS))
+    aligned = sample_at(moving, phases_at(warped, phases))
+    timed = sample_at(moving, _mean_clock(aligned))
     return RobustMotion(
         aligned=aligned,
         start=start,
         experts=experts,
         weights=weights,
         residual=_shown_here(_residual(aligned, blend)),
-        covariance=residual_covariance(_residual(even, blend), start.floor, TURN_FLOOR),
+        covariance=residual_covariance(_residual(timed, blend), start.floor, TURN_FLOOR),
         signals=signal_tubes(aligned),
     )
+
+
+def _mean_clock(aligned: AlignedSet) -> Array:
+    """Shares (K, N) of the duration at which the steps are passed on average, the same for all demonstrations."""
+    clock = aligned.time.mean(axis=0)
+    return np.broadcast_to(clock / clock[-1], aligned.time.shape)
 
 
 def _shown_here(residual: Array) -> Array:

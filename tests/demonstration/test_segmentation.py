@@ -98,3 +98,28 @@ def test_times_stay_as_recorded_without_idle_ends() -> None:
     trimmed = without_idle_ends(demonstration)
     assert trimmed.time[0] == demonstration.time[moving_range(demonstration)[0]]
     np.testing.assert_allclose(trimmed.position[-1], demonstration.position[-1], atol=1e-3)
+
+
+def test_a_gripper_that_closes_while_the_tool_rests_is_no_idleness() -> None:
+    closed = (np.arange(300) >= 250).astype(int)
+    width = np.interp(np.arange(300), [250, 262], [0.08, 0.02])
+    assert moving_range(moving(before=100, after=100, discrete={"closed": closed}))[1] == 251
+    start, stop = moving_range(moving(before=100, after=100, continuous={"width": width}))
+    assert abs(start - 100) <= 12
+    assert 258 <= stop <= 266
+
+
+def test_a_switch_before_the_motion_belongs_to_it_with_the_value_before() -> None:
+    opened = (np.arange(300) < 40).astype(int)
+    demonstration = without_idle_ends(moving(before=100, after=100, discrete={"closed": opened}))
+    np.testing.assert_array_equal(demonstration.discrete["closed"][:2], [1, 0])
+
+
+@pytest.mark.parametrize("amount", [0.0, 0.01])
+def test_a_noisy_signal_and_a_steady_drift_are_idle(amount: float) -> None:
+    generator = np.random.default_rng(3)
+    warming = np.linspace(20.0, 21.0, 300) + amount * generator.normal(size=300)
+    noise = generator.normal(size=300)
+    start, stop = moving_range(moving(before=100, after=100, continuous={"temperature": warming, "noise": noise}))
+    assert abs(start - 100) <= 12
+    assert abs(stop - 200) <= 12
