@@ -80,10 +80,10 @@ def plot_tubes(
         for row, (label, tube) in enumerate(tubes.items()):
             lines = _demonstrated(tube, taught)
             around = scene if isinstance(scene, Scene) else (scene or {}).get(label, Scene())
-            _draw_in_space(figure.add_subplot(grid[row, 0], projection="3d"), tube, lines, colors[label], around)
+            draw_in_space(figure.add_subplot(grid[row, 0], projection="3d"), tube, lines, colors[label], around)
             for axis in range(3):
                 axes = figure.add_subplot(grid[row, axis + 1])
-                _draw_axis(axes, tube, lines, axis, colors[label])
+                draw_axis(axes, tube, lines, axis, colors[label])
                 if row == 0 and axis == 2:
                     axes.legend(loc="best")
         figure.suptitle(f"Flow tubes: mean, {SIGMAS:g} standard deviations, and the demonstrations in this scene")
@@ -96,7 +96,8 @@ def _demonstrated(tube: FlowTube, taught: Iterable[Demonstration]) -> list[tuple
     return [(item.time - item.time[0], item.position) for item in taught if item.label == tube.label]
 
 
-def _draw_in_space(axes: Any, tube: FlowTube, lines: Sequence[tuple[Array, Array]], color: str, scene: Scene) -> None:
+def draw_in_space(axes: Any, tube: FlowTube, lines: Sequence[tuple[Array, Array]], color: str, scene: Scene) -> None:
+    """Draw a tube, the paths (times (N,), s, and positions (N, 3), m) it came from, and objects into 3-D axes."""
     surface = tube_surface(tube)
     # every face a quadrangle: matplotlib pads faces of unequal size with whatever its memory held
     strides = {"rstride": 1, "cstride": 1}
@@ -122,7 +123,8 @@ def _objects_near(points: Array, scene: Scene) -> dict[str, Array]:
     return {name: p for name, p in positions.items() if np.linalg.norm(points - p, axis=1).min() < reach}
 
 
-def _draw_axis(axes: Any, tube: FlowTube, lines: Iterable[tuple[Array, Array]], axis: int, color: str) -> None:
+def draw_axis(axes: Any, tube: FlowTube, lines: Iterable[tuple[Array, Array]], axis: int, color: str) -> None:
+    """Draw one axis of a tube and of the paths it came from over time."""
     mean, spread = tube.position[:, axis], SIGMAS * np.sqrt(tube.covariance[:, axis, axis])
     axes.fill_between(tube.time, mean - spread, mean + spread, color=color, alpha=0.22, linewidth=0, label="tube")
     for place, (time, position) in enumerate(lines):
