@@ -43,7 +43,8 @@ def plot_motion(
     """
     scene = Scene() if shown is None else shown.scene
     with picture(path, 4.3 * (1 + len(tubes)), 7.4) as figure:
-        above, below = figure.subfigures(2, 1, height_ratios=(1.25, 1.0))
+        parts: Any = figure.subfigures(2, 1, height_ratios=(1.25, 1.0))
+        above, below = parts
         axes = [above.add_subplot(1, 1 + len(tubes), 1 + place, projection="3d") for place in range(1 + len(tubes))]
         _draw_taught(axes[0], demonstrations)
         for place, (method, tube) in enumerate(tubes.items()):
