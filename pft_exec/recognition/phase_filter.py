@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition.motion_clock import MotionClock
-from pft_exec.recognition.phase_kernel import filter_sample
+from pft_exec.recognition.phase_kernel import REACH, ROWS, filter_sample
 from pft_exec.recognition.phase_model import PhaseModel, build_phase_model
 from pft_exec.recognition.scores import Sample, Scores
 from pft_exec.recognition.settings import DEFAULT_SETTINGS, PhaseSettings
-from pft_exec.recognition.timing import SIZES
 
 _PACE_HELD = 0.3  # of a motion, at the tube's own pace, that a person's pace is estimated from besides what was seen
 
@@ -45,8 +44,8 @@ class PhaseFilter:
         steps, rates, components = len(model.left), len(model.prior), len(model.tube)
         self.model = model
         self._state = np.zeros((rates, steps))
-        self._spare = np.zeros((rates + 1, int(model.length.max()) + 2 * SIZES))
-        self._square, self._score, self._zeros = np.zeros(steps), np.zeros(steps), np.zeros(steps)
+        self._spare = np.zeros((ROWS, int(model.length.max()) + 2 * REACH))
+        self._zeros = np.zeros(steps)
         self._pending = np.zeros(components)
         self._low, self._high = np.zeros(components, np.int64), np.zeros(components, np.int64)
         self._out = np.zeros((4, components))
@@ -78,7 +77,7 @@ class PhaseFilter:
             model.signals.mean, model.signals.scale, model.steps, model.prior, model.switch, model.idle, model.tick,
             row, signals, heard, self._log_scale(turned, heard), said,
             model.size(turned, heard), model.freedom, elapsed, weight, self._settings.negligible,
-            self._state, self._spare, self._square, self._score, self._pending, self._low, self._high, self._out,
+            self._state, self._spare, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]
         self._distance += weight * self._out[3, : len(model.labels)] / model.size(turned, heard)

@@ -1,7 +1,9 @@
 """One sample through the forward filters of all tubes: the compiled kernel of ``method="phase"``.
 
-All tubes lie packed behind one another: component j owns ``length[j]`` states from ``offset[j]`` on, one a step.
-A plain numpy version of the same sums stands beside the tests.
+All tubes lie packed behind one another: component j owns ``length[j]`` states from ``offset[j]`` on, one a step, of
+which those in a window from ``low[j]`` to ``high[j]`` are possible. Each loop runs along a row of that window, without
+a branch, so that the compiler makes vector instructions of it. A plain numpy version of the same sums stands beside
+the tests.
 """
 
 from __future__ import annotations
@@ -9,148 +11,216 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from pft_exec.recognition.elementary import exponentiate, take_logarithm
+
+REACH = 5  # the most steps in one tick
+ROWS = 6  # of spare room: total, mixed (between `REACH` zeros), mass, score, spent, and for the logarithm
+
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _predict(state, spare, first, count, low, high, steps, prior, switch, idle):  # type: ignore[no-untyped-def]
-    """One tick: the pace may change, then the phase goes on by 0, 1, 2, ... steps. Returns the window's new end."""
-    rates, sizes = steps.shape
-    reach = sizes - 1
-    top, width = min(high + reach, count - 1), high - low + 1
-    total = spare[rates]
+def _sum_rates(state, begin, end, total):  # type: ignore[no-untyped-def]
+    """Write the probability of each phase, whatever the pace, to `total`."""
+    total[:] = state[0, begin:end]
+    for r in range(1, len(state)):
+        row = state[r, begin:end]
+        for k in range(len(total)):
+            total[k] += row[k]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _mix(row, total, kept, gained, mixed):  # type: ignore[no-untyped-def]
+    """Write one pace's phases after people changed pace to `mixed`, between zeros."""
+    width = len(total)
+    for k in range(REACH):
+        mixed[k] = 0.0
+        mixed[REACH + width + k] = 0.0
+    moved = mixed[REACH : REACH + width]
     for k in range(width):
-        total[k] = 0.0
-    for r in range(rates):
-        for k in range(width):
-            total[k] += state[r, first + low + k]
-    for r in range(rates):
-        mixed, step = spare[r], steps[r]
-        for k in range(reach):
-            mixed[k] = 0.0
-            mixed[reach + width + k] = 0.0
-        for k in range(width):
-            mixed[reach + k] = (1.0 - switch) * state[r, first + low + k] + switch * prior[r] * total[k]
-        waiting = mixed[reach] if low == 0 else 0.0
+        moved[k] = kept * row[k] + gained * total[k]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _advance(mixed, step, row):  # type: ignore[no-untyped-def]
+    """Go on by 0 to `REACH` steps: `row` is the convolution of `mixed` with the probabilities of the steps."""
+    s0, s1, s2, s3, s4, s5 = step[0], step[1], step[2], step[3], step[4], step[5]
+    for k in range(len(row)):
+        near = s0 * mixed[k + 5] + s1 * mixed[k + 4] + s2 * mixed[k + 3]
+        row[k] = near + (s3 * mixed[k + 2] + s4 * mixed[k + 1] + s5 * mixed[k])
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _stop_at_end(mixed, step, row, low, high, count):  # type: ignore[no-untyped-def]
+    """Steps that lead beyond the end lead to the end."""
+    for i in range(max(low, count - REACH), high + 1):
+        for s in range(count - i, REACH + 1):
+            row[count - 1 - low] += step[s] * mixed[REACH + i - low]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _leave_start(waiting, step, idle, row, count):  # type: ignore[no-untyped-def]
+    """Those at the very start wait there with probability `idle`."""
+    share = (1.0 - idle) * waiting / (1.0 - step[0])
+    row[0] += idle * waiting
+    for s in range(1, REACH + 1):
+        row[min(s, count - 1)] += share * step[s]
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _predict(state, first, count, low, high, steps, prior, switch, idle, spare):  # type: ignore[no-untyped-def]
+    """One tick: the pace may change, then the phase goes on by 0, 1, 2, ... steps. Returns the window's new end."""
+    top, begin = min(high + REACH, count - 1), first + low
+    total, mixed = spare[0, : high - low + 1], spare[1]
+    _sum_rates(state, begin, first + high + 1, total)
+    for r in range(len(state)):
+        row = state[r, begin : first + top + 1]
+        _mix(row, total, 1.0 - switch, switch * prior[r], mixed)
+        waiting = mixed[REACH]
         if low == 0:
-            mixed[reach] = 0.0
-        row = state[r, first + low : first + top + 1]
-        for k in range(len(row)):
-            row[k] = step[0] * mixed[reach + k]
-        for s in range(1, sizes):
-            earlier = mixed[reach - s : reach - s + len(row)]
-            for k in range(len(row)):
-                row[k] += step[s] * earlier[k]
-        for i in range(max(low, count - reach), high + 1):
-            for s in range(count - i, sizes):
-                state[r, first + count - 1] += step[s] * mixed[reach + i - low]
+            mixed[REACH] = 0.0
+        _advance(mixed, steps[r], row)
+        _stop_at_end(mixed, steps[r], row, low, high, count)
         if low == 0:
-            share = (1.0 - idle) * waiting / (1.0 - step[0])
-            state[r, first] += idle * waiting
-            for s in range(1, sizes):
-                state[r, first + min(s, count - 1)] += share * step[s]
+            _leave_start(waiting, steps[r], idle, row, count)
     return top
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _square_distances(begin, end, sample, mean, white, turned, use, square):  # type: ignore[no-untyped-def]
-    """Squared Mahalanobis distances of the sample (position, direction, quaternion) from states begin to end - 1."""
-    for i in range(begin, end):
-        x, y, z = sample[0] - mean[0, i], sample[1] - mean[1, i], sample[2] - mean[2, i]
-        a = white[0, i] * x
-        b = white[1, i] * x + white[2, i] * y
-        c = white[3, i] * x + white[4, i] * y + white[5, i] * z
-        square[i] = a * a + b * b + c * c
-    for i in range(begin, end):
-        x, y, z = sample[3] - mean[3, i], sample[4] - mean[4, i], sample[5] - mean[5, i]
-        a = white[6, i] * x
-        b = white[7, i] * x + white[8, i] * y
-        c = white[9, i] * x + white[10, i] * y + white[11, i] * z
-        square[i] += a * a + b * b + c * c
-    if use:
-        qx, qy, qz, qw = sample[6], sample[7], sample[8], sample[9]
-        for i in range(begin, end):
-            mx, my, mz, mw = turned[0, i], turned[1, i], turned[2, i], turned[3, i]
-            w = mw * qw + mx * qx + my * qy + mz * qz
-            sign = 2.0 if w >= 0.0 else -2.0
-            x = sign * (mw * qx - mx * qw - my * qz + mz * qy)
-            y = sign * (mw * qy - my * qw - mz * qx + mx * qz)
-            z = sign * (mw * qz - mz * qw - mx * qy + my * qx)
-            a = white[12, i] * x
-            b = white[13, i] * x + white[14, i] * y
-            c = white[15, i] * x + white[16, i] * y + white[17, i] * z
-            square[i] += a * a + b * b + c * c
+def _add_square(x, y, z, begin, end, block, mean, white, square):  # type: ignore[no-untyped-def]
+    """Add squared Mahalanobis distances of (x, y, z) from the states of a window: position (0) or direction (1)."""
+    m, w = 3 * block, 6 * block
+    mx, my, mz = mean[m, begin:end], mean[m + 1, begin:end], mean[m + 2, begin:end]
+    xx, xy, yy = white[w, begin:end], white[w + 1, begin:end], white[w + 2, begin:end]
+    xz, yz, zz = white[w + 3, begin:end], white[w + 4, begin:end], white[w + 5, begin:end]
+    for k in range(len(square)):
+        p, q, r = x - mx[k], y - my[k], z - mz[k]
+        a = xx[k] * p
+        b = xy[k] * p + yy[k] * q
+        c = xz[k] * p + yz[k] * q + zz[k] * r
+        square[k] += a * a + b * b + c * c
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
+def _add_turn(quaternion, begin, end, turned, white, square):  # type: ignore[no-untyped-def]
+    """Add squared Mahalanobis distances of a quaternion: of twice the vector part of mean^-1 * sample."""
+    x, y, z, w = 2.0 * quaternion
+    tx, ty, tz, tw = turned[0, begin:end], turned[1, begin:end], turned[2, begin:end], turned[3, begin:end]
+    xx, xy, yy = white[12, begin:end], white[13, begin:end], white[14, begin:end]
+    xz, yz, zz = white[15, begin:end], white[16, begin:end], white[17, begin:end]
+    for k in range(len(square)):
+        p = tw[k] * x - tx[k] * w - ty[k] * z + tz[k] * y  # its sign does not matter: it is squared
+        q = tw[k] * y - ty[k] * w - tz[k] * x + tx[k] * z
+        r = tw[k] * z - tz[k] * w - tx[k] * y + ty[k] * x
+        a = xx[k] * p
+        b = xy[k] * p + yy[k] * q
+        c = xz[k] * p + yz[k] * q + zz[k] * r
+        square[k] += a * a + b * b + c * c
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _add_signal(value, mean, scale, square):  # type: ignore[no-untyped-def]
+    for k in range(len(square)):
+        square[k] += ((value - mean[k]) * scale[k]) ** 2
+
+
+@njit(cache=True, error_model="numpy")
+def _square(begin, end, sample, mean, white, turned, signals, heard, signal_mean, signal_scale, square):  # type: ignore[no-untyped-def]
+    """Write squared Mahalanobis distances of position, direction, quaternion and signals from states of a window."""
+    square[:] = 0.0
+    _add_square(sample[0], sample[1], sample[2], begin, end, 0, mean, white, square)
+    _add_square(sample[3], sample[4], sample[5], begin, end, 1, mean, white, square)
+    if np.any(sample[6:10] != 0.0):
+        _add_turn(sample[6:10], begin, end, turned, white, square)
+    for c in range(len(signals)):
+        if heard[c]:
+            _add_signal(signals[c], signal_mean[c, begin:end], signal_scale[c, begin:end], square)
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _spend(square, freedom, half, spare):  # type: ignore[no-untyped-def]
+    """Replace squared distances by what they cost under a Student t: (freedom + size) / 2 log(1 + d^2 / freedom)."""
+    inverse = 1.0 / freedom
+    for k in range(len(square)):
+        square[k] = 1.0 + square[k] * inverse
+    take_logarithm(square, spare)
+    for k in range(len(square)):
+        square[k] *= half
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _weigh(mass, spent, log_scale, extra, weight, negligible, score, spare):  # type: ignore[no-untyped-def]
+    """Forget negligible phases; write factors by which the others gain to `score`. Returns the log of their unit."""
+    top = -1e300
+    for k in range(len(mass)):
+        score[k] = weight * (log_scale[k] + extra[k] - spent[k])
+    for k in range(len(mass)):
+        top = max(top, score[k] if mass[k] > negligible else -1e300)
+    for k in range(len(mass)):
+        score[k] = min(score[k] - top, 0.0)
+    exponentiate(score, spare)
+    for k in range(len(mass)):
+        score[k] = score[k] if mass[k] > negligible else 0.0
+        mass[k] *= score[k]
+    return top
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _sum_up(mass, spent, left):  # type: ignore[no-untyped-def]
+    """Mass, and sums weighted by it: steps from the window's begin, time left, cost of the distance."""
+    total, phase, remaining, distance = 0.0, 0.0, 0.0, 0.0
+    for k in range(len(mass)):
+        total += mass[k]
+        phase += mass[k] * k
+        remaining += mass[k] * left[k]
+        distance += mass[k] * spent[k]
+    return total, phase, remaining, distance
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _condition(state, begin, end, factor, inverse):  # type: ignore[no-untyped-def]
+    """Multiply each phase by its factor, and make all sum to 1."""
+    for k in range(len(factor)):
+        factor[k] *= inverse
+    for r in range(len(state)):
+        row = state[r, begin:end]
+        for k in range(len(factor)):
+            row[k] *= factor[k]
+
+
+@njit(cache=True, error_model="numpy")
+def _possible(mass, low, high):  # type: ignore[no-untyped-def]
+    """The window without the phases at its ends that have no mass."""
+    begin = low
+    while begin < high and mass[begin - low] <= 0.0:
+        begin += 1
+    while high > begin and mass[high - low] <= 0.0:
+        high -= 1
+    return begin, high
+
+
+@njit(cache=True, error_model="numpy")
 def filter_sample(  # type: ignore[no-untyped-def]
     offset, length, mean, white, turned, left, signal_mean, signal_scale, steps, prior, switch, idle, tick,
     sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible,
-    state, spare, square, score, pending, low, high, out,
+    state, spare, pending, low, high, out,
 ):  # fmt: skip
     """Filter one sample through every component; `out` rows: log evidence, phase, time left (s), mean distance."""
-    rates = state.shape[0]
-    use = sample[6] * sample[6] + sample[7] * sample[7] + sample[8] * sample[8] + sample[9] * sample[9] > 0.0
     for j in range(len(offset)):
         first, count = offset[j], length[j]
         pending[j] += elapsed
         ticks = min(int(pending[j] / tick[j]), count)
         pending[j] = min(pending[j] - ticks * tick[j], tick[j])
         for _ in range(ticks):
-            high[j] = _predict(state, spare, first, count, low[j], high[j], steps[j], prior, switch[j], idle[j])
+            high[j] = _predict(state, first, count, low[j], high[j], steps[j], prior, switch[j], idle[j], spare)
         begin, end = first + low[j], first + high[j] + 1
-        _square_distances(begin, end, sample, mean, white, turned, use, square)
-        for c in range(len(signals)):
-            if heard[c]:
-                for i in range(begin, end):
-                    square[i] += ((signals[c] - signal_mean[c, i]) * signal_scale[c, i]) ** 2
-        top = -1e300
-        half = 0.5 * (freedom[j] + size)
-        for i in range(begin, end):
-            mass = 0.0
-            for r in range(rates):
-                mass += state[r, i]
-            if mass <= negligible:
-                for r in range(rates):
-                    state[r, i] = 0.0
-                continue
-            square[i] = half * np.log1p(square[i] / freedom[j])
-            score[i] = weight * (log_scale[i] + extra[i] - square[i])
-            top = max(top, score[i])
-        total, phase, remaining, distance = 0.0, 0.0, 0.0, 0.0
-        for i in range(begin, end):
-            mass = 0.0
-            for r in range(rates):
-                mass += state[r, i]
-            if mass == 0.0:
-                continue
-            factor = np.exp(score[i] - top)
-            for r in range(rates):
-                state[r, i] *= factor
-            mass *= factor
-            total += mass
-            phase += mass * (i - first)
-            remaining += mass * left[i]
-            distance += mass * square[i]
-        inverse = 1.0 / total
-        for r in range(rates):
-            for i in range(begin, end):
-                state[r, i] *= inverse
-        lowest, highest = low[j], high[j]
-        while lowest < highest:
-            mass = 0.0
-            for r in range(rates):
-                mass += state[r, first + lowest]
-            if mass > 0.0:
-                break
-            lowest += 1
-        while highest > lowest:
-            mass = 0.0
-            for r in range(rates):
-                mass += state[r, first + highest]
-            if mass > 0.0:
-                break
-            highest -= 1
-        low[j], high[j] = lowest, highest
+        mass, score, spent, room = spare[2, : end - begin], spare[3, : end - begin], spare[4, : end - begin], spare[5]
+        _sum_rates(state, begin, end, mass)
+        _square(begin, end, sample, mean, white, turned, signals, heard, signal_mean, signal_scale, spent)
+        _spend(spent, freedom[j], 0.5 * (freedom[j] + size), room)
+        top = _weigh(mass, spent, log_scale[begin:end], extra[begin:end], weight, negligible, score, room)
+        total, phase, remaining, distance = _sum_up(mass, spent, left[begin:end])
+        _condition(state, begin, end, score, 1.0 / total)
         out[0, j] = top + np.log(total)
-        out[1, j] = phase * inverse / max(count - 1, 1)
-        out[2, j] = remaining * inverse
-        out[3, j] = distance * inverse
+        out[1, j] = (low[j] + phase / total) / max(count - 1, 1)
+        out[2, j] = remaining / total
+        out[3, j] = distance / total
+        low[j], high[j] = _possible(mass, low[j], high[j])

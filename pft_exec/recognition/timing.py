@@ -11,9 +11,10 @@ import numpy as np
 
 from pft_exec.geometry import Array
 from pft_exec.recognition.evidence import TubeEvidence
+from pft_exec.recognition.phase_kernel import REACH
 from pft_exec.recognition.settings import PhaseSettings
 
-SIZES = 6  # steps 0 .. 5
+SIZES = REACH + 1  # steps 0 .. 5
 _PLAIN_STEPS = np.array([4.0, 12.0, 3.0, 0.7, 0.2, 0.1])  # counts where no tube has demonstrations
 _LEAST = 1e-4  # of any step's probability
 

@@ -24,7 +24,7 @@ def test_the_kernel_equals_the_plain_sums(turn, spread_start):
         before += elapsed
         weight = min(filtered.model.evidence_rate * elapsed, 1.0) if n else filtered.model.first_weight
         expected = reference.update(filtered._sample, elapsed, weight)
-        np.testing.assert_allclose(filtered._out, expected, rtol=1e-7, atol=1e-7)
+        np.testing.assert_allclose(filtered._out, expected, rtol=1e-9, atol=1e-9)
         time += float(rng.uniform(0.005, 0.06))
 
 
