@@ -8,8 +8,8 @@ is taught apart from what is evaluated.
 
 from pft_exec.description.arm import ArmDescription, CounterbalanceDescription, Graded, GripperDescription
 from pft_exec.description.clearance import hand_clearance, object_clearance, workspace_excess
-from pft_exec.description.motion import MotionDescription
-from pft_exec.description.object import BoxShape, CylinderShape, ObjectDescription
+from pft_exec.description.motion import HeldObject, MotionDescription
+from pft_exec.description.object import LiquidDescription, ObjectDescription
 from pft_exec.description.path import Waypoints, nominal_goal, resolve_waypoints
 from pft_exec.description.placement import (
     Setting,
@@ -17,28 +17,44 @@ from pft_exec.description.placement import (
     draw_setting,
     draw_settings,
     draw_start,
+    nominal_setting,
     path_is_free,
 )
 from pft_exec.description.randomness import random_stream
 from pft_exec.description.robot import Provenance, RobotDescription, load_robot_description
+from pft_exec.description.shape import (
+    BoxShape,
+    CompoundShape,
+    CylinderShape,
+    SphereShape,
+    TrayShape,
+    VesselShape,
+)
 from pft_exec.description.strict import read_strictly
-from pft_exec.description.success import Verdict, judge_motion
+from pft_exec.description.success import Measured, Verdict, judge_motion
 from pft_exec.description.task import TaskDescription, load_task
 
 __all__ = [
     "ArmDescription",
     "BoxShape",
+    "CompoundShape",
     "CounterbalanceDescription",
     "CylinderShape",
     "Graded",
     "GripperDescription",
+    "HeldObject",
+    "LiquidDescription",
+    "Measured",
     "MotionDescription",
     "ObjectDescription",
     "Provenance",
     "RobotDescription",
     "Setting",
+    "SphereShape",
     "TaskDescription",
+    "TrayShape",
     "Verdict",
+    "VesselShape",
     "Waypoints",
     "draw_scene",
     "draw_setting",
@@ -49,6 +65,7 @@ __all__ = [
     "load_robot_description",
     "load_task",
     "nominal_goal",
+    "nominal_setting",
     "object_clearance",
     "path_is_free",
     "random_stream",

@@ -1,4 +1,4 @@
-"""Objects of a task: shapes, furniture, placements, and the free space that they keep."""
+"""Objects of a task: furniture, placements, and the free space that they keep."""
 
 from __future__ import annotations
 
@@ -6,44 +6,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pft_exec.description.quantities import FixedPose, Range, Vector, check_positive, check_range
-
-
-@dataclass(frozen=True)
-class BoxShape:
-    """A box: full lengths along its own x, y, z, m."""
-
-    kind: Literal["box"]
-    size: Vector
-
-    def __post_init__(self) -> None:
-        check_positive("size", *self.size)
-
-    @property
-    def height(self) -> float:
-        """Extent along z, m."""
-        return self.size[2]
-
-    @property
-    def outline(self) -> float:
-        """Radius of the upright cylinder around it, m."""
-        return 0.5 * float((self.size[0] ** 2 + self.size[1] ** 2) ** 0.5)
-
-
-@dataclass(frozen=True)
-class CylinderShape:
-    """An upright cylinder: radius and height, m; its axis is z."""
-
-    kind: Literal["cylinder"]
-    radius: float
-    height: float
-
-    def __post_init__(self) -> None:
-        check_positive("radius and height", self.radius, self.height)
-
-    @property
-    def outline(self) -> float:
-        """Radius of the upright cylinder around it, m."""
-        return self.radius
+from pft_exec.description.shape import (
+    BoxShape,
+    CompoundShape,
+    CylinderShape,
+    SphereShape,
+    TrayShape,
+    VesselShape,
+)
 
 
 @dataclass(frozen=True)
@@ -67,7 +37,7 @@ class ObjectDescription:
 
     Parameters
     ----------
-    shape : BoxShape or CylinderShape
+    shape : one of `pft_exec.description.shape`
         Its frame stands in the middle of it.
     mass : float, kg
         Of an object that is placed; a fixed one has none.
@@ -77,6 +47,8 @@ class ObjectDescription:
         Red, green, blue in [0, 1].
     symmetry : "none" or "z"
         "z": turned about its own z axis it is the same.
+    immovable : bool
+        Bolted down where it is placed: part of the scene, but nothing moves it.
     fixed, placement : FixedPose or Placement
         One of the two: furniture, which is no part of a scene, or an object whose pose is drawn.
 
@@ -86,19 +58,34 @@ class ObjectDescription:
         If it has both or neither of `fixed` and `placement`, or a placed object has no mass.
     """
 
-    shape: BoxShape | CylinderShape
+    shape: BoxShape | CylinderShape | SphereShape | VesselShape | TrayShape | CompoundShape
     mass: float = 0.0
     friction: float = 1.0
     color: Vector = (0.6, 0.6, 0.6)
     symmetry: Literal["none", "z"] = "none"
+    immovable: bool = False
     fixed: FixedPose | None = None
     placement: Placement | None = None
 
     def __post_init__(self) -> None:
         if (self.fixed is None) == (self.placement is None):
             raise ValueError("an object is either fixed (a pose) or has a placement (ranges); give exactly one.")
-        if self.placement is not None:
+        if self.placement is not None and not self.immovable:
             check_positive("mass of an object that is placed", self.mass)
+
+
+@dataclass(frozen=True)
+class LiquidDescription:
+    """What is poured: so many balls of a radius, m, a mass, kg, and a friction coefficient among one another."""
+
+    count: int = 20
+    radius: float = 0.008
+    mass: float = 0.0021
+    friction: float = 0.3
+    color: Vector = (0.35, 0.55, 0.90)
+
+    def __post_init__(self) -> None:
+        check_positive("count, radius and mass", self.count, self.radius, self.mass)
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The demonstrator's path: a motion's waypoints as tool poses in one scene, from one start, world frame."""
+"""The demonstrator's path: a motion's waypoints and curve as tool poses in one scene, from one start, world frame."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from typing import Protocol
 
 import numpy as np
 
+from pft_exec.description.curve import tabulate_curve
 from pft_exec.description.motion import START, WORLD, Waypoint
 from pft_exec.description.task import TaskDescription
-from pft_exec.geometry import Array, Pose, multiply, read_only, rotate
+from pft_exec.geometry import Array, Pose, mirror_positions, multiply, read_only, rotate
 
 
 class Objects(Protocol):
@@ -30,16 +31,27 @@ class Waypoints:
     quaternions : (W + 1, 4), (x, y, z, w), world frame
     durations : (W,), s
         From each to the next, of an average person.
+    rests : (W,), s
+        After each, the start apart: the hand stands still while the gripper moves; 0 where it runs through.
+    grips : tuple of (int, str)
+        Index of a waypoint, 1 the first after the start, and what the gripper does there: "close" or "open".
+    curve : (M, 3), m, world frame, or None
+        Displacement from the last waypoint at even shares of `curve_duration`, s.
     """
 
     positions: Array
     quaternions: Array
     durations: Array
+    rests: Array
+    grips: tuple[tuple[int, str], ...] = ()
+    curve: Array | None = None
+    curve_duration: float = 0.0
 
     @property
     def end(self) -> Pose:
-        """The last one."""
-        return Pose(self.positions[-1], self.quaternions[-1])
+        """Where the path ends."""
+        last = self.positions[-1] if self.curve is None else self.positions[-1] + self.curve[-1]
+        return Pose(last, self.quaternions[-1])
 
 
 def resolve_waypoints(task: TaskDescription, label: str, objects: Objects, start: Pose) -> Waypoints:
@@ -70,6 +82,10 @@ def resolve_waypoints(task: TaskDescription, label: str, objects: Objects, start
         read_only([pose.position for pose in poses]),
         read_only([pose.quaternion for pose in poses]),
         read_only([waypoint.duration for waypoint in motion.waypoints]),
+        read_only([waypoint.rest for waypoint in motion.waypoints]),
+        tuple((index, way.gripper) for index, way in enumerate(motion.waypoints, start=1) if way.gripper is not None),
+        None if motion.curve is None else read_only(_mirrored_curve(tabulate_curve(motion.curve), task.mirror)),
+        0.0 if motion.curve is None else motion.curve.duration,
     )
 
 
@@ -88,7 +104,12 @@ def _resolved(waypoint: Waypoint, frames: dict[str, Pose]) -> Pose:
     offset = np.array(position.offset)
     if position.axes == "own":
         offset = rotate(origin.quaternion, offset)
-    return Pose(
-        origin.position + offset,
-        multiply(frames[orientation.frame].quaternion, orientation.quaternion),
-    )
+    turned = multiply(frames[orientation.frame].quaternion, orientation.quaternion)
+    return Pose(origin.position + offset - rotate(turned, np.array(position.aim)), turned)
+
+
+def _mirrored_curve(curve: Array, plane: Pose | None) -> Array:
+    """Displacements (M, 3) in the mirrored world."""
+    if plane is None:
+        return curve
+    return mirror_positions(curve, plane) - mirror_positions(np.zeros((1, 3)), plane)

@@ -14,7 +14,8 @@ import numpy as np
 
 from pft_exec.description.clearance import hand_clearance, object_clearance, workspace_excess
 from pft_exec.description.motion import START, StartDescription
-from pft_exec.description.path import resolve_waypoints
+from pft_exec.description.object import Placement
+from pft_exec.description.path import Waypoints, resolve_waypoints
 from pft_exec.description.quantities import Range, quaternion_from_rpy
 from pft_exec.description.task import TaskDescription
 from pft_exec.exceptions import UnreachableError
@@ -30,6 +31,7 @@ _ATTEMPTS = 200
 _SPREAD_ATTEMPTS = 20  # at spreading several draws evenly
 _CELL_ATTEMPTS = 12
 _PATH_SAMPLES = 12  # along each straight piece between waypoints
+_CURVE_STRIDE = 5  # every so many samples of a curve are looked at
 
 
 @dataclass(frozen=True)
@@ -43,8 +45,10 @@ class Setting:
 Accept = Callable[[Setting], bool]
 
 
-def draw_scene(task: TaskDescription, rng: np.random.Generator) -> dict[str, Pose]:
+def draw_scene(task: TaskDescription, rng: np.random.Generator, label: str | None = None) -> dict[str, Pose]:
     """Poses of all placed objects, world frame, drawn uniformly from their ranges, clear of one another.
+
+    With a label, from the ranges that hold for that motion; what it holds stands where its own range says.
 
     Raises
     ------
@@ -52,16 +56,28 @@ def draw_scene(task: TaskDescription, rng: np.random.Generator) -> dict[str, Pos
         If the ranges leave no room.
     """
     for _ in range(_ATTEMPTS):
-        objects = _objects_at(task, rng.random(3 * len(task.placed)))
+        objects = _objects_at(task, rng.random(3 * len(task.placed)), label)
         if object_clearance(task, objects) >= task.clearance.objects:
             return _mirrored(task, objects)
     raise UnreachableError(f"task {task.name!r}: no placement found with {task.clearance.objects} m between objects.")
 
 
 def draw_start(task: TaskDescription, label: str, rng: np.random.Generator) -> Pose:
-    """The tool's pose before a motion, world frame, drawn uniformly from its ranges; looks at no object."""
-    start = _start_at(task.start_of(label), rng.random(6))
+    """The tool's pose before a motion that begins nowhere near an object, world frame, drawn uniformly."""
+    start = _start_at(task.start_of(label), rng.random(6), {})
     return start if task.mirror is None else start.mirrored(task.mirror)
+
+
+def nominal_setting(task: TaskDescription, label: str, objects: Mapping[str, Pose]) -> Setting:
+    """Objects as given, world frame, and the tool in the middle of where it may stand before that motion begins.
+
+    Of a motion that follows others it is the setting of the first of them.
+    """
+    first = task.chain(label)[0]
+    upright = _mirrored(task, dict(objects))
+    start = _start_at(task.start_of(first), np.full(6, 0.5), upright)
+    held = _mirrored(task, _held_by(task, first, start))
+    return Setting(dict(objects) | held, start if task.mirror is None else start.mirrored(task.mirror))
 
 
 def draw_setting(
@@ -131,15 +147,33 @@ def draw_settings(
 
 
 def path_is_free(task: TaskDescription, label: str, setting: Setting) -> bool:
-    """Whether the hand, on straight lines through the waypoints, stays in the workspace and clear of every object."""
-    waypoints = resolve_waypoints(task, label, setting.objects, setting.start)
+    """Whether the hand, on straight lines through the waypoints, stays in the workspace and clear of every object.
+
+    What the motion holds or touches may be near; a motion that follows others is looked at with them.
+    """
+    start = setting.start
+    for part in task.chain(label):
+        waypoints = resolve_waypoints(task, part, setting.objects, start)
+        positions, quaternions = _straight_path(waypoints)
+        if workspace_excess(task, positions) > 0.0:
+            return False
+        objects = {name: pose for name, pose in setting.objects.items() if name not in task.motion(part).exempt}
+        if hand_clearance(task, objects, positions, quaternions) < task.clearance.hand.gap:
+            return False
+        start = waypoints.end
+    return True
+
+
+def _straight_path(waypoints: Waypoints) -> tuple[Array, Array]:
+    """Positions (N, 3) and orientations (N, 4) on straight lines through the waypoints, then on the curve."""
     ratio = np.linspace(0.0, 1.0, _PATH_SAMPLES)
-    pairs = list(pairwise(range(len(waypoints.positions))))
-    positions = np.concatenate([_between(waypoints.positions[a], waypoints.positions[b], ratio) for a, b in pairs])
-    turned = [interpolate_quaternion(waypoints.quaternions[a], waypoints.quaternions[b], ratio) for a, b in pairs]
-    if workspace_excess(task, positions) > 0.0:
-        return False
-    return hand_clearance(task, setting.objects, positions, np.concatenate(turned)) >= task.clearance.hand.gap
+    places, turns = waypoints.positions, waypoints.quaternions
+    positions = [places[:1], *(_between(a, b, ratio) for a, b in pairwise(places))]
+    turned = [turns[:1], *(interpolate_quaternion(a, b, ratio) for a, b in pairwise(turns))]
+    if waypoints.curve is not None:
+        positions.append(places[-1] + waypoints.curve[::_CURVE_STRIDE])
+        turned.append(np.broadcast_to(turns[-1], (len(positions[-1]), 4)))
+    return np.concatenate(positions), np.concatenate(turned)
 
 
 def _between(first: Array, last: Array, ratio: Array) -> Array:
@@ -174,15 +208,26 @@ def _setting_at(
     task: TaskDescription, label: str, unit: Array, given: Mapping[str, Pose] | None = None
 ) -> Setting | None:
     """The setting at coordinates (D,) in [0, 1] of the ranges; None where it is not clear."""
-    objects = _objects_at(task, unit[6:])
-    if given is None and object_clearance(task, objects) < task.clearance.objects:
+    first = task.chain(label)[0]
+    objects = _objects_at(task, unit[6:], first) if given is None else _mirrored(task, dict(given))
+    start = _start_at(task.start_of(first), unit[:6], objects)
+    held = _held_by(task, first, start)
+    standing = {name: pose for name, pose in objects.items() if name not in held}
+    if given is None and object_clearance(task, standing) < task.clearance.objects:
         return None
-    start = _start_at(task.start_of(label), unit[:6])
     setting = Setting(
-        _mirrored(task, objects) if given is None else dict(given),
+        (_mirrored(task, objects) if given is None else dict(given)) | _mirrored(task, held),
         start if task.mirror is None else start.mirrored(task.mirror),
     )
     return setting if path_is_free(task, label, setting) else None
+
+
+def _held_by(task: TaskDescription, label: str, start: Pose) -> dict[str, Pose]:
+    """What is put into the gripper that stands at a start, and where it is then; both unmirrored."""
+    holds = task.motion(label).holds
+    if holds is None or task.start_of(label).frame == holds.object:
+        return {}
+    return {holds.object: start @ holds.grip}
 
 
 def _mirrored(task: TaskDescription, objects: dict[str, Pose]) -> dict[str, Pose]:
@@ -191,27 +236,33 @@ def _mirrored(task: TaskDescription, objects: dict[str, Pose]) -> dict[str, Pose
     return {name: pose.mirrored(task.mirror) for name, pose in objects.items()}
 
 
-def _objects_at(task: TaskDescription, unit: Array) -> dict[str, Pose]:
-    return {name: _object_at(task, name, unit[3 * index : 3 * index + 3]) for index, name in enumerate(task.placed)}
+def _objects_at(task: TaskDescription, unit: Array, label: str | None) -> dict[str, Pose]:
+    """Placed objects, unmirrored, at coordinates (3 M,) in [0, 1] of the ranges that hold for a motion."""
+    own = {} if label is None else task.motion(label).placements
+    return {
+        name: _object_at(task, name, own.get(name, task.objects[name].placement), unit[3 * index : 3 * index + 3])
+        for index, name in enumerate(task.placed)
+    }
 
 
-def _object_at(task: TaskDescription, name: str, unit: Array) -> Pose:
+def _object_at(task: TaskDescription, name: str, placement: Placement | None, unit: Array) -> Pose:
     item = task.objects[name]
-    if item.placement is None:
+    if placement is None:
         raise ValueError(f"object {name!r} is fixed.")
-    below = task.objects[item.placement.on]
+    below = task.objects[placement.on]
     if below.fixed is None:
-        raise ValueError(f"object {item.placement.on!r} is not fixed.")
+        raise ValueError(f"object {placement.on!r} is not fixed.")
     height = below.fixed.position[2] + 0.5 * below.shape.height + 0.5 * item.shape.height
-    ranges = (item.placement.x, item.placement.y, item.placement.yaw)
+    ranges = (placement.x, placement.y, placement.yaw)
     x, y, yaw = (_within(values, ratio) for values, ratio in zip(ranges, unit, strict=True))
     return Pose(np.array([x, y, height]), quaternion_from_rpy((0.0, 0.0, yaw)))
 
 
-def _start_at(start: StartDescription, unit: Array) -> Pose:
+def _start_at(start: StartDescription, unit: Array, objects: Mapping[str, Pose]) -> Pose:
     position = [_within(values, ratio) for values, ratio in zip((start.x, start.y, start.z), unit[:3], strict=True)]
     turn = (2.0 * unit[3:6] - 1.0) * np.array(start.turned)
-    return Pose(np.array(position), multiply(start.quaternion, quaternion_from_rotation_vector(turn)))
+    origin = objects[start.frame].position if start.frame in objects else np.zeros(3)
+    return Pose(origin + np.array(position), multiply(start.quaternion, quaternion_from_rotation_vector(turn)))
 
 
 def _within(values: Range, ratio: float) -> float:

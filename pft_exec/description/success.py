@@ -1,28 +1,35 @@
-"""Success: whether a motion did what its task asks for, judged by where the tool and the objects are."""
+"""Success: whether a motion did what its task asks for, judged by where tool, objects and liquid are and have been.
+
+A verdict looks at physics alone, never at what the demonstrator or the controller meant to do. `contact` judges what
+was held, set down or poured, `course` the course of the tool.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from pft_exec.description.motion import Still, ToolAtEnd
+from pft_exec.description.contact import judge_held, judge_placed, judge_poured, judge_rests_in
+from pft_exec.description.course import judge_anchored, judge_shaken, judge_stirred, judge_wound
+from pft_exec.description.measured import Measured, Verdict
 from pft_exec.description.path import nominal_goal
+from pft_exec.description.predicates import Still, SuccessDescription, ToolAtEnd
 from pft_exec.description.task import TaskDescription
-from pft_exec.geometry import Pose, geodesic_distance, relative_rotation_vector
+from pft_exec.geometry import Pose, geodesic_distance, mirror_positions, relative_rotation_vector
 
-
-@dataclass(frozen=True)
-class Verdict:
-    """Whether a motion succeeded, and the figures that say so."""
-
-    success: bool
-    reason: str
+__all__ = ["Measured", "Verdict", "judge_motion"]
 
 
 def judge_motion(
-    task: TaskDescription, label: str, before: Mapping[str, Pose], after: Mapping[str, Pose], start: Pose, end: Pose
+    task: TaskDescription,
+    label: str,
+    before: Mapping[str, Pose],
+    after: Mapping[str, Pose],
+    start: Pose,
+    end: Pose,
+    measured: Measured | None = None,
 ) -> Verdict:
     """Judge a motion that was made.
 
@@ -34,19 +41,60 @@ def judge_motion(
         Objects when the motion began and now; fixed ones need not be among them.
     start, end : Pose, world frame
         Of the tool, when the motion began and now.
+    measured : Measured, optional
+        The tool's course, what it holds, and where the liquid is.
 
     Raises
     ------
     UnknownMotionError
         If the task has no such motion.
     """
-    success = task.motion(label).success
-    verdicts = []
-    if success.tool_at_end is not None:
-        verdicts.append(_tool_at_end(success.tool_at_end, nominal_goal(task, label, before, start), end))
-    if success.still is not None:
-        verdicts.append(_still(task, success.still, before, after))
+    plane, measured = task.mirror, measured or Measured()
+    if plane is not None:
+        upright, positions = task.mirrored(), [measured.path, measured.liquid]
+        path, liquid = (mirror_positions(each, plane) if len(each) else each for each in positions)
+        return judge_motion(
+            upright,
+            label,
+            {name: pose.mirrored(plane) for name, pose in before.items()},
+            {name: pose.mirrored(plane) for name, pose in after.items()},
+            start.mirrored(plane),
+            end.mirrored(plane),
+            replace(measured, path=path, liquid=liquid),
+        )
+    verdicts = list(_verdicts(task, label, before, after, (start, end), measured))
     return Verdict(all(item.success for item in verdicts), "; ".join(item.reason for item in verdicts))
+
+
+def _verdicts(
+    task: TaskDescription,
+    label: str,
+    before: Mapping[str, Pose],
+    after: Mapping[str, Pose],
+    ends: tuple[Pose, Pose],
+    measured: Measured,
+) -> Iterator[Verdict]:
+    success: SuccessDescription = task.motion(label).success
+    if success.tool_at_end is not None:
+        yield _tool_at_end(success.tool_at_end, nominal_goal(task, label, before, ends[0]), ends[1])
+    if success.still is not None:
+        yield _still(task, label, success.still, before, after)
+    if success.held is not None:
+        yield judge_held(success.held, measured)
+    if success.placed is not None:
+        yield judge_placed(success.placed, before, after)
+    if success.poured is not None:
+        yield judge_poured(task, success.poured, before, after, measured)
+    if success.rests_in is not None:
+        yield judge_rests_in(task, success.rests_in, after, measured)
+    if success.shaken is not None:
+        yield judge_shaken(success.shaken, measured.path)
+    if success.stirred is not None:
+        yield judge_stirred(success.stirred, before, measured.path)
+    if success.wound is not None:
+        yield judge_wound(success.wound, before, measured.path)
+    if success.anchored is not None:
+        yield judge_anchored(success.anchored, before, measured.path)
 
 
 def _tool_at_end(limits: ToolAtEnd, goal: Pose, end: Pose) -> Verdict:
@@ -59,9 +107,13 @@ def _tool_at_end(limits: ToolAtEnd, goal: Pose, end: Pose) -> Verdict:
     return Verdict(distance <= limits.position and angle <= limits.rotation, reason)
 
 
-def _still(task: TaskDescription, limits: Still, before: Mapping[str, Pose], after: Mapping[str, Pose]) -> Verdict:
+def _still(
+    task: TaskDescription, label: str, limits: Still, before: Mapping[str, Pose], after: Mapping[str, Pose]
+) -> Verdict:
+    holds = task.motion(label).holds
+    exempt = {*limits.but, *(() if holds is None else (holds.object,))}
     for name in task.placed:
-        if name not in before or name not in after:
+        if name in exempt or name not in before or name not in after:
             continue
         moved = float(np.linalg.norm(after[name].position - before[name].position))
         turned = _turn(before[name], after[name], task.objects[name].symmetry == "z")

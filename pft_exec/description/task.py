@@ -6,14 +6,14 @@ A ``task.toml`` becomes frozen dataclasses; `placement` draws scenes from them, 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
 from pft_exec.assets import task_file
 from pft_exec.description.motion import ABSOLUTE, NONE, START, WORLD, MotionDescription, StartDescription
-from pft_exec.description.object import Clearance, ObjectDescription
+from pft_exec.description.object import Clearance, LiquidDescription, ObjectDescription
 from pft_exec.description.quantities import FixedPose, Region
 from pft_exec.description.strict import read_strictly, suggestion
 from pft_exec.exceptions import DescriptionError, UnknownMotionError
@@ -31,6 +31,7 @@ class _TaskFile:
     start: StartDescription
     objects: dict[str, ObjectDescription]
     motions: dict[str, MotionDescription]
+    liquid: LiquidDescription = field(default_factory=LiquidDescription)
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,8 @@ class TaskDescription:
         For motions without one of their own; of the unmirrored task.
     objects : mapping of name to ObjectDescription
     motions : mapping of label to MotionDescription
+    liquid : LiquidDescription
+        What motions pour.
     mirror : Pose or None
         The frame in whose xz plane everything drawn or resolved is mirrored; None is the task as written.
     """
@@ -64,6 +67,7 @@ class TaskDescription:
     start: StartDescription
     objects: Mapping[str, ObjectDescription]
     motions: Mapping[str, MotionDescription]
+    liquid: LiquidDescription = field(default_factory=LiquidDescription)
     mirror: Pose | None = None
 
     @property
@@ -86,6 +90,11 @@ class TaskDescription:
     def start_of(self, label: str) -> StartDescription:
         """Where the tool stands before that motion, in the unmirrored task."""
         return self.motion(label).start or self.start
+
+    def chain(self, label: str) -> tuple[str, ...]:
+        """The motions that are made one after another to come to that one: those that it follows, then itself."""
+        before = self.motion(label).follows
+        return (label,) if before is None else (*self.chain(before), label)
 
     @property
     def placed(self) -> tuple[str, ...]:
@@ -137,6 +146,7 @@ def load_task(name_or_path: str | Path) -> TaskDescription:
         start=content.start,
         objects=MappingProxyType(content.objects),
         motions=MappingProxyType(content.motions),
+        liquid=content.liquid,
     )
 
 
@@ -149,14 +159,48 @@ def _check_references(path: Path, content: _TaskFile) -> None:
             raise DescriptionError(f"{path}: objects.{name}: that word has a meaning of its own; choose another name.")
         if item.placement is not None:
             _check_name(path, f"objects.{name}.placement.on", item.placement.on, fixed)
-    for label, motion in content.motions.items():
-        for index, waypoint in enumerate(motion.waypoints):
-            for part, frame in zip(("position", "orientation"), waypoint.frames, strict=True):
-                _check_name(path, f"motions.{label}.waypoints[{index}].{part}.frame", frame, (WORLD, START, *placed))
-        for when, ends in (("start", motion.relations.start), ("end", motion.relations.end)):
-            for part in ("position", "orientation"):
-                choices = (ABSOLUTE, NONE, START, *placed)
-                _check_name(path, f"motions.{label}.relations.{when}.{part}", getattr(ends, part), choices)
+    _check_name(path, "start.frame", content.start.frame, (WORLD, *placed))
+    for label in content.motions:
+        for key, name, choices in _named(content, label, fixed, placed):
+            _check_name(path, f"motions.{label}.{key}", name, choices)
+        _check_chain(path, content, label)
+
+
+def _named(
+    content: _TaskFile, label: str, fixed: tuple[str, ...], placed: tuple[str, ...]
+) -> Iterator[tuple[str, str, tuple[str, ...]]]:
+    """Where a motion names something, the name, and what it may be."""
+    motion = content.motions[label]
+    for index, waypoint in enumerate(motion.waypoints):
+        for part, frame in zip(("position", "orientation"), waypoint.frames, strict=True):
+            yield f"waypoints[{index}].{part}.frame", frame, (WORLD, START, *placed)
+    for when, ends in (("start", motion.relations.start), ("end", motion.relations.end)):
+        for part in ("position", "orientation"):
+            yield f"relations.{when}.{part}", getattr(ends, part), (ABSOLUTE, NONE, START, *placed)
+    for name, placement in motion.placements.items():
+        yield f"placements.{name}", name, placed
+        yield f"placements.{name}.on", placement.on, fixed
+    if motion.start is not None:
+        yield "start.frame", motion.start.frame, (WORLD, *placed)
+    if motion.holds is not None:
+        yield "holds.object", motion.holds.object, placed
+    if motion.follows is not None:
+        yield "follows", motion.follows, tuple(content.motions)
+    for key, names in (("touches", motion.touches), ("success", motion.success.names), ("liquid", (motion.liquid,))):
+        for named in names:
+            if named is not None:
+                yield key, named, (WORLD, START, *placed) if key == "success" else placed
+
+
+def _check_chain(path: Path, content: _TaskFile, label: str) -> None:
+    """A motion that goes on from another does not, in the end, go on from itself."""
+    seen: list[str] = []
+    following: str | None = label
+    while following is not None:
+        if following in seen:
+            raise DescriptionError(f"{path}: motions.{label}.follows: {' follows '.join([*seen, following])}.")
+        seen.append(following)
+        following = content.motions[following].follows
 
 
 def _check_name(path: Path, key: str, name: str, choices: tuple[str, ...]) -> None:

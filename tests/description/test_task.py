@@ -79,7 +79,7 @@ def test_an_unknown_motion_is_refused_with_the_nearest_name(task: TaskDescriptio
         ("x = [0.55, 0.67]", "x = [0.67, 0.55]", r"x must go from the least to the greatest"),
         ("radius = 0.03", "radius = 0.0", r"must be above 0"),
         ("mass = 0.4\n", "", r"mass of an object that is placed must be above 0"),
-        ('kind = "cylinder"', 'kind = "sphere"', r"'sphere' is not a choice"),
+        ('kind = "cylinder"', 'kind = "cone"', r"'cone' is not a choice"),
         ("duration = 2.4", "duration = -2.4", r"duration must be above 0"),
     ],
 )
