@@ -80,7 +80,7 @@ def test_an_unknown_motion_is_refused_with_the_nearest_name(task: TaskDescriptio
         ("radius = 0.03", "radius = 0.0", r"must be above 0"),
         ("mass = 0.4\n", "", r"mass of an object that is placed must be above 0"),
         ('kind = "cylinder"', 'kind = "cone"', r"'cone' is not a choice"),
-        ("duration = 2.4", "duration = -2.4", r"duration must be above 0"),
+        ("duration = 2.4", "duration = -2.4", r"duration and dwell must be above 0"),
     ],
 )
 def test_a_mistake_is_named_with_its_key(copy: Path, old: str, new: str, message: str) -> None:
