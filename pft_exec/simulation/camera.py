@@ -54,18 +54,20 @@ class Camera:
     def __init__(self, client: int, base: Pose) -> None:
         self._client = client
         self._base = base
-        self._backdrops: dict[tuple[str, tuple[int, int]], NDArray[np.uint8]] = {}
+        self._backdrops: dict[tuple[View, tuple[int, int]], NDArray[np.uint8]] = {}
 
-    def frame(self, size: tuple[int, int] = (640, 480), view: str = "room", shadow: bool = False) -> NDArray[np.uint8]:
+    def frame(
+        self, size: tuple[int, int] = (640, 480), view: str | View = "room", shadow: bool = False
+    ) -> NDArray[np.uint8]:
         """Take a picture.
 
         Parameters
         ----------
         size : (int, int)
             Width and height, pixels.
-        view : str
+        view : str or View
             "room": robot and table; "table": close, on arm and objects; both from the robot's right, with "_left"
-            appended from its left.
+            appended from its left. Or one of the caller's own.
         shadow : bool
             Twice as slow.
 
@@ -81,12 +83,12 @@ class Camera:
         SimulationError
             If the size is not positive.
         """
-        if view not in VIEWS:
+        if isinstance(view, str) and view not in VIEWS:
             raise UnknownNameError("view", view, VIEWS)
         width, height = size
         if width < 1 or height < 1:
             raise SimulationError(f"a picture needs a positive width and height in pixels; got {size}.")
-        seen = VIEWS[view]
+        seen = VIEWS[view] if isinstance(view, str) else view
         _, _, image, depth, _ = pybullet.getCameraImage(
             width,
             height,
@@ -101,16 +103,16 @@ class Camera:
         )
         picture = np.array(image, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
         is_empty = np.asarray(depth).reshape(height, width, 1) > _NOTHING
-        return np.where(is_empty, self._backdrop(view, size), picture)
+        return np.where(is_empty, self._backdrop(seen, size), picture)
 
     def _view_matrix(self, view: View) -> list[float]:
         eye, target = self._base.apply([view.eye, view.target])
         matrix: list[float] = pybullet.computeViewMatrix(eye.tolist(), target.tolist(), [0.0, 0.0, 1.0])
         return matrix
 
-    def _backdrop(self, name: str, size: tuple[int, int]) -> NDArray[np.uint8]:
+    def _backdrop(self, view: View, size: tuple[int, int]) -> NDArray[np.uint8]:
         """Floor and sky of a view, computed when first seen."""
-        if (name, size) not in self._backdrops:
-            eye, target = self._base.apply([VIEWS[name].eye, VIEWS[name].target])
-            self._backdrops[name, size] = compute_backdrop(eye, target, VIEWS[name].field_of_view, size)
-        return self._backdrops[name, size]
+        if (view, size) not in self._backdrops:
+            eye, target = self._base.apply([view.eye, view.target])
+            self._backdrops[view, size] = compute_backdrop(eye, target, view.field_of_view, size)
+        return self._backdrops[view, size]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pft_exec.geometry import Array
+from pft_exec.simulation.camera import View
 
 if TYPE_CHECKING:
     from pft_exec.simulation.world import World
@@ -38,7 +39,7 @@ class WorldState:
 
 
 def render_states(
-    world: World, states: Iterable[WorldState], size: tuple[int, int] = (640, 480), view: str = "room"
+    world: World, states: Iterable[WorldState], size: tuple[int, int] = (640, 480), view: str | View = "room"
 ) -> Iterator[NDArray[np.uint8]]:
     """Pictures (h, w, 3) of recorded states, made in a world of the same robot and task that is not being stepped."""
     for state in states:
