@@ -39,11 +39,11 @@ def hand_clearance(task: TaskDescription, objects: Mapping[str, Pose], positions
     Returns
     -------
     float
-        inf for no object. The hand is a capsule along the tool's x axis, an object the upright cylinder around it.
+        inf for no object. The hand is a capsule on an axis of the tool, an object the upright cylinder around it.
     """
     hand = task.clearance.hand
     along = np.linspace(-hand.behind, hand.ahead, _POINTS_ON_HAND)
-    axis = rotate(quaternions, np.array([1.0, 0.0, 0.0]))
+    axis = rotate(quaternions, np.array([1.0, 0.0, 0.0] if hand.axis == "x" else [0.0, 0.0, 1.0]))
     points = (positions[:, None, :] + along[:, None] * axis[:, None, :]).reshape(-1, 3)
     gaps = [
         float(np.min(_distance_to_cylinder(points - objects[name].position, item.shape.outline, item.shape.height)))

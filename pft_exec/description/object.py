@@ -90,12 +90,13 @@ class LiquidDescription:
 
 @dataclass(frozen=True)
 class HandEnvelope:
-    """Room of a hand: a capsule on the tool's x axis from `behind` to `ahead` of the tool, m, and a `gap` around it."""
+    """Room of a hand: a capsule on an axis of the tool from `behind` to `ahead` of it, m, and a `gap` around it."""
 
     behind: float
     ahead: float
     radius: float
     gap: float = 0.0
+    axis: Literal["x", "z"] = "x"
 
 
 @dataclass(frozen=True)
