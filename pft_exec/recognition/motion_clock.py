@@ -115,6 +115,11 @@ class ClockScales:
     signals: dict[str, float]
     duration: float
 
+    def per_unit(self) -> Array:
+        """What the components of a sample (position, orientation and signals) are multiplied by."""
+        scales = [self.extent] * 3 + [0.5 * self.rotation] * 4 + list(self.signals.values())
+        return 1.0 / np.array(scales)
+
     def points(self, position: Array, quaternion: Array | None, signals: dict[str, Array]) -> Array:
         """Rows (N, 7 + signals): position, orientation and signals, each in its own extent."""
         count = len(position)

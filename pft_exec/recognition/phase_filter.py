@@ -49,9 +49,11 @@ class PhaseFilter:
         self._pending = np.zeros(components)
         self._low, self._high = np.zeros(components, np.int64), np.zeros(components, np.int64)
         self._out = np.zeros((4, components))
-        self._log_scales: dict[tuple[bool, bytes], Array] = {}
+        self._comparisons: dict[tuple[bool, bytes], tuple[Array, int]] = {}
         self._quaternion = np.zeros(4)
         self._sample = np.zeros(10)
+        self._per_unit = model.scales.per_unit()
+        self._point = np.zeros(len(self._per_unit))
 
     def _warm_up(self) -> None:
         """Compile and load everything, so that the first sample of a person takes no longer than the others."""
@@ -65,42 +67,39 @@ class PhaseFilter:
         model = self.model
         signals, heard = model.signals.read(sample.continuous)
         turned = sample.quaternion is not None and model.has_orientation
-        elapsed = self._clock.advance(sample.time, sample.position, self._point(sample))
+        elapsed = self._clock.advance(sample.time, sample.position, self._scaled(sample, signals))
         weight = min(model.evidence_rate * elapsed, 1.0) if self._weight > 0.0 else model.first_weight
         self._weight += weight
         said = model.signals.log_discrete(sample.discrete, self._zeros)
+        log_scale, size = self._comparison(turned, heard)
         row = self._sample
         row[:3], row[3:6] = sample.position, model.direction_weight * self._clock.direction
         row[6:] = self._quaternion if turned else 0.0
         filter_sample(
             model.offset, model.length, model.mean, model.white, model.turned, model.left,
             model.signals.mean, model.signals.scale, model.steps, model.prior, model.switch, model.idle, model.tick,
-            row, signals, heard, self._log_scale(turned, heard), said,
-            model.size(turned, heard), model.freedom, elapsed, weight, self._settings.negligible,
+            row, signals, heard, log_scale, said, size, model.freedom, elapsed, weight, self._settings.negligible,
             self._state, self._spare, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]
-        self._distance += weight * self._out[3, : len(model.labels)] / model.size(turned, heard)
+        self._distance += (weight / size) * self._out[3, : len(model.labels)]
         return self.scores()
 
-    def _point(self, sample: Sample) -> Array:
-        scales = self.model.scales
-        point = np.zeros(7 + len(scales.signals))
-        point[:3] = sample.position / scales.extent
-        if sample.quaternion is not None:
-            turn = sample.quaternion
+    def _scaled(self, sample: Sample, signals: Array) -> Array:
+        """The point whose movement the motion's clock looks at: all components, each in its own extent."""
+        point, turn = self._point, sample.quaternion
+        if turn is not None:
             self._quaternion = -turn if turn @ self._quaternion < 0.0 else turn
-        point[3:7] = self._quaternion * (2.0 / scales.rotation)
-        for place, (name, scale) in enumerate(scales.signals.items()):
-            if sample.continuous is not None and name in sample.continuous:
-                point[7 + place] = sample.continuous[name] / scale
+        point[:3], point[3:7], point[7:] = sample.position, self._quaternion, signals
+        point *= self._per_unit
         return point
 
-    def _log_scale(self, turned: bool, heard: NDArray[np.bool_]) -> Array:
+    def _comparison(self, turned: bool, heard: NDArray[np.bool_]) -> tuple[Array, int]:
+        """Log normalizer (S,) of the channels that came, and the number of their components."""
         key = (turned, heard.tobytes())
-        if key not in self._log_scales:
-            self._log_scales[key] = self.model.log_scale(turned, heard)
-        return self._log_scales[key]
+        if key not in self._comparisons:
+            self._comparisons[key] = self.model.log_scale(turned, heard), self.model.size(turned, heard)
+        return self._comparisons[key]
 
     def scores(self) -> Scores:
         """What the samples so far say."""
@@ -108,7 +107,7 @@ class PhaseFilter:
         likelihood = self._evidence[:count].copy()
         if len(self._evidence) > count:
             likelihood = 0.5 * likelihood + 0.5 * self._mixture()
-        phase = np.clip(self._out[1, :count], 0.0, 1.0)
+        phase = self._out[1, :count].copy()
         return Scores(
             likelihood,
             phase,
@@ -128,12 +127,10 @@ class PhaseFilter:
 
     def _pace(self, phase: Array) -> Array:
         """(M,): how fast the person is beside each tube, held to 1 at first."""
-        ends = self.model.tick[: len(phase)] * (self.model.length[: len(phase)] - 1)
-        place = self.model.offset[: len(phase)] + np.rint(phase * (self.model.length[: len(phase)] - 1)).astype(
-            np.int64
-        )
-        held = _PACE_HELD * ends
-        pace: Array = (self.model.clock[place] + held) / (self._clock.clock + held)
+        model, count = self.model, len(phase)
+        place = (phase * model.last[:count] + model.middle[:count]).astype(np.int64)
+        held = _PACE_HELD * model.ends[:count]
+        pace: Array = (model.clock[place] + held) / (self._clock.clock + held)
         return pace
 
     def replace(self, tubes: Sequence[FlowTube]) -> None:

@@ -220,7 +220,7 @@ def filter_sample(  # type: ignore[no-untyped-def]
         total, phase, remaining, distance = _sum_up(mass, spent, left[begin:end])
         _condition(state, begin, end, score, 1.0 / total)
         out[0, j] = top + np.log(total)
-        out[1, j] = (low[j] + phase / total) / max(count - 1, 1)
+        out[1, j] = min((low[j] + phase / total) / max(count - 1, 1), 1.0)
         out[2, j] = remaining / total
         out[3, j] = distance / total
         low[j], high[j] = _possible(mass, low[j], high[j])

@@ -82,6 +82,21 @@ class PhaseModel:
         """Whether the tubes have an orientation."""
         return bool(self.kept[2].any())
 
+    @cached_property
+    def last(self) -> Array:
+        """(J,): number of the last step of each component."""
+        return self.length - 1.0
+
+    @cached_property
+    def middle(self) -> Array:
+        """(J,): where the first step lies, and a half: with it, cutting off rounds."""
+        return self.offset + 0.5
+
+    @cached_property
+    def ends(self) -> Array:
+        """(J,): time of the last step on the motion's clock, s."""
+        return self.tick * self.last
+
     def size(self, turned: bool, heard: Mask) -> int:
         """Number of components compared."""
         return int(self.kept[:2].sum() + (3 if turned else 0) + heard.sum())

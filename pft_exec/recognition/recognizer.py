@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import Protocol
@@ -112,7 +113,7 @@ class OnlineRecognizer:
         self._first = float(time) if self._first is None else self._first
         self._last = float(time)
         if turn is not None:
-            turn = turn / np.sqrt(turn @ turn)
+            turn /= math.sqrt(turn @ turn)
         elapsed = self._last - self._first
         scores = self._method.update(Sample(elapsed, point, turn, continuous, discrete))
         self._belief = self._compute_belief(scores, elapsed)
@@ -134,10 +135,10 @@ class OnlineRecognizer:
         self._method.replace([tubes[label] for label in self.labels])
 
     def _flag(self, time: float, position: Array, turn: Array | None, signals: Mapping[str, float] | None) -> str:
-        total = time + position.sum() + (0.0 if turn is None else turn.sum())
-        if not np.isfinite(total) or (turn is not None and not turn.any()):
+        square = 1.0 if turn is None else float(turn @ turn)
+        if not (math.isfinite(time + sum(position.tolist())) and 0.0 < square < math.inf):
             return "not finite"
-        if signals and not all(np.isfinite(float(value)) for value in signals.values()):
+        if signals and not all(math.isfinite(float(value)) for value in signals.values()):
             return "not finite"
         if time <= self._last:
             return "repeated" if time == self._last else "late"
@@ -147,7 +148,7 @@ class OnlineRecognizer:
         score = scores.log_likelihood + self._log_prior
         best = int(score.argmax())
         weight = np.exp(score - score[best])
-        probability = weight / weight.sum()
+        probability = weight / np.add.reduce(weight)
         return Belief(
             label=self.labels[best],
             probability=LabelValues(self._index, probability),

@@ -13,6 +13,9 @@ from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition.settings import PhaseSettings
 
 
+_NOTHING = np.zeros(0), np.zeros(0, dtype=bool)
+
+
 @dataclass(frozen=True, eq=False)
 class SignalModel:
     """Signals of all components, packed as the steps are.
@@ -37,6 +40,8 @@ class SignalModel:
 
     def read(self, continuous: Mapping[str, float] | None) -> tuple[Array, NDArray[np.bool_]]:
         """Values (C,) and whether each was given and is finite."""
+        if not self.names:
+            return _NOTHING
         given = continuous or {}
         values = np.array([float(given.get(name, np.nan)) for name in self.names])
         heard = np.isfinite(values)
