@@ -28,6 +28,7 @@ from pft_exec.control.limits import Constraint, acceleration_bounds, torque_cons
 from pft_exec.control.objectives import Objective, posture_objective, tool_objective
 from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
 from pft_exec.control.reference import JointReference, Reference, holding, joined
+from pft_exec.control.rolling_trajectory import RollingTrajectory, SmoothTube, TakenUp, smooth_tube
 from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tracking import TrackingController
 
@@ -41,8 +42,11 @@ __all__ = [
     "Objective",
     "QuadraticProgram",
     "Reference",
+    "RollingTrajectory",
+    "SmoothTube",
     "Solution",
     "Solver",
+    "TakenUp",
     "TrackingController",
     "acceleration_bounds",
     "assemble",
@@ -54,6 +58,7 @@ __all__ = [
     "operational_stiffness",
     "plan_joint_trajectory",
     "posture_objective",
+    "smooth_tube",
     "tool_objective",
     "torque_constraint",
 ]

@@ -19,6 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy.linalg import solve_discrete_are
 
 from pft_exec.exceptions import ControlError
@@ -188,16 +189,22 @@ def _tracker_gains(time: Array, precision: Array, softness: float) -> Array:
     count = max(1, int(np.ceil((time[-1] - time[0]) / _STEP)))
     grid = np.linspace(time[0], time[-1], count + 1)
     transition, control = double_integrator(max((grid[-1] - grid[0]) / count, 0.1 * _STEP))
-    weights = _interpolate(grid, time, precision)
+    weights = np.ascontiguousarray(_interpolate(grid, time, precision))
     state_weight = np.zeros((12, 12))
     state_weight[:6, :6] = weights[-1]
     effort = np.diag(np.full(6, softness)).astype(float)
-    value = solve_discrete_are(transition, control, state_weight, effort)
-    gains = np.empty((len(grid), 6, 12))
-    for k in range(count, -1, -1):
+    value = np.ascontiguousarray(solve_discrete_are(transition, control, state_weight, effort))
+    return _interpolate(time, grid, _recursion(transition, control, effort, value, weights))
+
+
+@njit(cache=True)
+def _recursion(transition: Array, control: Array, effort: Array, value: Array, weights: Array) -> Array:
+    """Gains (N, 6, 12) for position weights (N, 6, 6), backwards from the value matrix (12, 12) after the last."""
+    gains = np.empty((len(weights), 6, 12))
+    for k in range(len(weights) - 1, -1, -1):
         gains[k], value = riccati_step(transition, control, effort, value)
         value[:6, :6] += weights[k]
-    return _interpolate(time, grid, gains)
+    return gains
 
 
 def double_integrator(step: float) -> tuple[Array, Array]:
@@ -207,11 +214,12 @@ def double_integrator(step: float) -> tuple[Array, Array]:
     return transition, np.vstack([0.5 * step**2 * np.eye(6), step * np.eye(6)])
 
 
+@njit(cache=True)
 def riccati_step(transition: Array, control: Array, effort: Array, value: Array) -> tuple[Array, Array]:
     """Gain (6, 12) of one backward step, and the value matrix (12, 12) before it, state weight not yet added."""
-    projected = control.T @ value
-    gain: Array = np.linalg.solve(effort + projected @ control, projected @ transition).astype(float)
-    before = transition.T @ value @ (transition - control @ gain)
+    projected = np.ascontiguousarray(control.T) @ value
+    gain: Array = np.linalg.solve(effort + projected @ control, projected @ transition).astype(np.float64)
+    before = np.ascontiguousarray(transition.T) @ value @ (transition - control @ gain)
     return gain, 0.5 * (before + before.T)
 
 
