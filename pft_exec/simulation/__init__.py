@@ -6,6 +6,7 @@ outside are poses with quaternions (x, y, z, w), world frame, and arrays in the 
 
 from pft_exec.simulation import banner  # noqa: F401 - first, before PyBullet is imported elsewhere
 from pft_exec.simulation.camera import VIEWS, Camera, View
+from pft_exec.simulation.contents import SetUp
 from pft_exec.simulation.disturbance import ORDINARY, Mismatch
 from pft_exec.simulation.hand import HandGrip, HandGuide, RecordedPath, ToolPath
 from pft_exec.simulation.placement import check_reach, default_arm, nominal_start, task_for
@@ -22,6 +23,7 @@ __all__ = [
     "Mismatch",
     "Push",
     "RecordedPath",
+    "SetUp",
     "ToolPath",
     "View",
     "World",

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pybullet
 
-from pft_exec.description import BoxShape, CylinderShape, ObjectDescription
+from pft_exec.description import ObjectDescription
 from pft_exec.geometry import Pose
 from pft_exec.simulation.engine import Engine
+from pft_exec.simulation.shapes import create_collision_shape, create_visual_shape, pieces_of
 
-_SPINNING_FRICTION = 0.01  # keeps a held object from turning about the line between the fingers; measured to hold
+SPINNING_FRICTION = 0.01
+"""Keeps a held object from turning about the line between the fingers; measured to hold."""
 
 
 class ObjectBody:
@@ -20,16 +23,20 @@ class ObjectBody:
     description : ObjectDescription
     pose : Pose
         World frame.
+    hollow : bool
+        Whether a vessel is a shell, which something fits into; else it is solid, and only looks like one.
     """
 
-    def __init__(self, engine: Engine, description: ObjectDescription, pose: Pose) -> None:
+    def __init__(self, engine: Engine, description: ObjectDescription, pose: Pose, hollow: bool = False) -> None:
         self._client = engine.client
-        self._fixed = pose if description.fixed is not None else None
-        collision, visual = _shapes(description, self._client)
+        self.description = description
+        is_fixed = description.fixed is not None or description.immovable
+        self._fixed = pose if is_fixed else None
+        color = [*description.color, 1.0]
         self.body: int = pybullet.createMultiBody(
-            baseMass=description.mass if self._fixed is None else 0.0,
-            baseCollisionShapeIndex=collision,
-            baseVisualShapeIndex=visual,
+            baseMass=0.0 if is_fixed else description.mass,
+            baseCollisionShapeIndex=create_collision_shape(pieces_of(description.shape, hollow), self._client),
+            baseVisualShapeIndex=create_visual_shape(pieces_of(description.shape, hollow=True), color, self._client),
             basePosition=pose.position.tolist(),
             baseOrientation=pose.quaternion.tolist(),
             physicsClientId=self._client,
@@ -38,7 +45,7 @@ class ObjectBody:
             self.body,
             -1,
             lateralFriction=description.friction,
-            spinningFriction=_SPINNING_FRICTION,
+            spinningFriction=SPINNING_FRICTION,
             rollingFriction=0.0,
             linearDamping=0.0,
             angularDamping=0.0,
@@ -52,31 +59,15 @@ class ObjectBody:
             return self._fixed
         return Pose(*pybullet.getBasePositionAndOrientation(self.body, physicsClientId=self._client))
 
+    @property
+    def speed(self) -> float:
+        """Of its middle, m/s."""
+        return float(np.linalg.norm(pybullet.getBaseVelocity(self.body, physicsClientId=self._client)[0]))
+
     def place(self, pose: Pose) -> None:
         """Set up: put it, at rest, at a pose, world frame."""
+        if self._fixed is not None:
+            self._fixed = pose
         pybullet.resetBasePositionAndOrientation(
             self.body, pose.position.tolist(), pose.quaternion.tolist(), physicsClientId=self._client
         )
-
-
-def _shapes(description: ObjectDescription, client: int) -> tuple[int, int]:
-    """Collision and visual shape of an object."""
-    shape, color = description.shape, [*description.color, 1.0]
-    if isinstance(shape, BoxShape):
-        half = [0.5 * length for length in shape.size]
-        box = pybullet.GEOM_BOX
-        return (
-            pybullet.createCollisionShape(box, halfExtents=half, physicsClientId=client),
-            pybullet.createVisualShape(box, halfExtents=half, rgbaColor=color, physicsClientId=client),
-        )
-    return _cylinder(shape, color, client)
-
-
-def _cylinder(shape: CylinderShape, color: list[float], client: int) -> tuple[int, int]:
-    cylinder = pybullet.GEOM_CYLINDER
-    return (
-        pybullet.createCollisionShape(cylinder, radius=shape.radius, height=shape.height, physicsClientId=client),
-        pybullet.createVisualShape(
-            cylinder, radius=shape.radius, length=shape.height, rgbaColor=color, physicsClientId=client
-        ),
-    )

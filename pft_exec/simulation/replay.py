@@ -7,7 +7,7 @@ pictures are made from the states later, in another world or another process.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,11 +31,14 @@ class WorldState:
         Every moving joint of the robot, in the order of its body.
     objects : (M, 7)
         Position, m, and quaternion (x, y, z, w) of the task's placed objects, world frame.
+    liquid : (S, 3), m, world frame
+        Balls of the liquid; (0, 3) where there is none.
     """
 
     time: float
     joints: Array
     objects: Array
+    liquid: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def render_states(

@@ -18,8 +18,13 @@ from pft_exec.model import Arm, RobotModel
 from pft_exec.simulation.disturbance import Disturbance, Encoder, Mismatch
 from pft_exec.simulation.engine import Engine, simulation_errors
 from pft_exec.simulation.gripper import GripperDrive
+from pft_exec.simulation.object_body import SPINNING_FRICTION
 
 _BRAKE_TORQUE = 1000.0  # N m; a brake holds whatever comes, unlike the motor
+PAD_FRICTION = 1.0
+"""Of the fingers; the engine multiplies it with the object's: rubber pads hold from 0.8 on (measured)."""
+LEAST_PRESS = 0.5
+"""N; a lighter touch is no grip."""
 
 
 class RobotBody:
@@ -106,6 +111,15 @@ class RobotBody:
         for name, arm in self._arms.items():
             for index, viscous in zip(self._indices[self._columns[name]], arm.friction.viscous, strict=True):
                 pybullet.changeDynamics(self.body, index, jointDamping=viscous, physicsClientId=self._client)
+        for fingers in self._fingers.values():
+            for index in self._indices[fingers]:
+                pybullet.changeDynamics(
+                    self.body,
+                    index,
+                    lateralFriction=PAD_FRICTION,
+                    spinningFriction=SPINNING_FRICTION,
+                    physicsClientId=self._client,
+                )
         self._set_friction_motors(self._indices, [0.0] * len(self._indices))
 
     def _clear_commands(self) -> None:
@@ -256,6 +270,34 @@ class RobotBody:
                 f"got {width} m."
             )
         self._width_goal[arm] = float(width)
+
+    def place_gripper(self, arm: str, width: float | None = None) -> None:
+        """Set up: open a gripper, or put its pads at a distance, m, and let them press on from there at once."""
+        gripper = self._grippers[arm]
+        goal = gripper.open_width if width is None else gripper.closed_width
+        self._reset_joints(self._fingers[arm], np.full(2, 0.5 * (goal if width is None else width)))
+        self._width_goal[arm] = self._width[arm] = goal
+
+    def touching(self, arm: str) -> frozenset[int]:
+        """Bodies that both pads of an arm's gripper press on."""
+        if arm not in self._fingers:
+            return frozenset()
+        left, right = (self._pressed_by(index) for index in self._indices[self._fingers[arm]])
+        return left & right
+
+    def _pressed_by(self, finger: int) -> frozenset[int]:
+        contacts = pybullet.getContactPoints(bodyA=self.body, linkIndexA=finger, physicsClientId=self._client)
+        return frozenset(contact[2] for contact in contacts if contact[9] > LEAST_PRESS) - {self.body}
+
+    def is_closing(self, arm: str) -> bool:
+        """Whether the arm's gripper is asked to be less than half open."""
+        return arm in self._grippers and self._width_goal[arm] < 0.5 * self._grippers[arm].open_width
+
+    def palm(self, arm: str) -> int:
+        """Index of the link that an arm's fingers slide on, in the engine."""
+        return int(
+            pybullet.getJointInfo(self.body, self._indices[self._fingers[arm]][0], physicsClientId=self._client)[16]
+        )
 
     def has_gripper(self, arm: str) -> bool:
         """Whether the arm has fingers."""

@@ -14,16 +14,20 @@ from numpy.typing import ArrayLike
 
 from pft_exec.demonstration import Scene
 from pft_exec.description import TaskDescription, load_task
-from pft_exec.exceptions import MissingObjectError, SimulationError, UnknownArmError
+from pft_exec.exceptions import SimulationError, UnknownArmError
 from pft_exec.geometry import Array, Pose, conjugate, multiply, rotate
 from pft_exec.model import Arm, RobotModel, load_robot
 from pft_exec.simulation.camera import Camera
+from pft_exec.simulation.checks import check_within_limits, checked, checked_scene, steps_per_period
+from pft_exec.simulation.contents import Contents, SetUp
 from pft_exec.simulation.disturbance import Encoder, Mismatch
 from pft_exec.simulation.engine import Engine
-from pft_exec.simulation.object_body import ObjectBody
 from pft_exec.simulation.placement import default_arm, draw_reachable_scene, task_for
 from pft_exec.simulation.replay import WorldState
 from pft_exec.simulation.robot_body import RobotBody
+
+SETTLING_TIME = 0.3
+"""s for which grasps and liquid settle at set-up, before time begins."""
 
 _WORK, _PARKED = "work", "parked"  # named configurations that arms stand in after a reset, where the robot has them
 
@@ -47,6 +51,8 @@ class World:
         The period is a whole number of steps.
     mismatch : Mismatch or None
         How the plant differs from the model, also after each reset; None: not at all.
+    grasp : "friction" or "constraint"
+        What holds an object in a gripper: see `pft_exec.simulation.grasp`.
 
     Raises
     ------
@@ -69,33 +75,43 @@ class World:
         control_period: float = 1e-3,
         physics_step: float = 1e-3,
         mismatch: Mismatch | None = None,
+        grasp: str = "friction",
     ) -> None:
         self.robot = robot if isinstance(robot, RobotModel) else load_robot(robot)
         self.task = task if isinstance(task, TaskDescription) else load_task(task)
         self.seed = seed
         self.control_period, self.physics_step = control_period, physics_step
         self._at_origin = self.base == Pose(np.zeros(3))
-        self._mismatch = mismatch
-        self.steps_per_period = _steps_per_period(control_period, physics_step)
-        self._scene = _checked_scene(self.task, scene or self.draw_scene(seed))
+        self._mismatch, self._grasp = mismatch, grasp
+        self.steps_per_period = steps_per_period(control_period, physics_step)
+        self._scene = checked_scene(self.task, scene or self.draw_scene(seed))
         self._engine = Engine(physics_step, gui)
         self.camera = Camera(self._engine.client, self.base)
-        self._build({})
+        self._build({}, SetUp())
 
-    def _build(self, configurations: Mapping[str, ArrayLike]) -> None:
+    def _build(self, configurations: Mapping[str, ArrayLike], set_up: SetUp) -> None:
         """Load everything into an empty engine, always in the same order."""
         self._engine.clear()
         self._count = 0
         self._robot_body: RobotBody | None = RobotBody(
             self._engine, self.robot, self.base, self._mismatch, self.steps_per_period
         )
-        self._objects = {
-            name: ObjectBody(self._engine, item, item.fixed.pose if item.fixed is not None else self._scene[name])
-            for name, item in self.task.objects.items()
-        }
+        self._contents = Contents(self._engine, self.task, self._scene, self._robot_body, set_up, self._grasp)
         at_work = set(configurations) or {self.arm_name()}
         for name in self.robot.arms:
             self.place(name, configurations.get(name, self._standing(name, _WORK if name in at_work else _PARKED)))
+        self._settle(set_up)
+
+    def _settle(self, set_up: SetUp) -> None:
+        """Open and close grippers, and let what is held and filled come to rest before time begins."""
+        for name in set_up.opened:
+            self._body.place_gripper(self.arm_name(name))
+        for name, held in set_up.holding.items():
+            self._contents.grasps.put(self.arm_name(name), held, self.tool(name))
+        if not set_up.is_plain:
+            for _ in range(round(SETTLING_TIME / self.physics_step)):
+                self.step()
+        self._count = 0
 
     def _standing(self, arm: str, name: str) -> ArrayLike:
         """Where an arm stands after a reset: as named, or in the middle of its limits."""
@@ -114,7 +130,7 @@ class World:
         """Poses of the task's placed objects now, world frame."""
         if not self.is_open:
             raise SimulationError("the world is closed; open another.")
-        return Scene({name: self._objects[name].pose for name in self.task.placed})
+        return self._contents.scene
 
     @property
     def time(self) -> float:
@@ -152,12 +168,11 @@ class World:
 
     @property
     def mismatch(self) -> Mismatch:
-        """How the plant differs from the model."""
+        """How the plant differs from the model after each reset."""
         return self._mismatch or Mismatch()
 
     def disturb(self, mismatch: Mismatch) -> None:
-        """Let the plant differ from the model from now on, also after a reset."""
-        self._mismatch = mismatch
+        """Let the plant differ from the model in another way, from now until the next reset."""
         self._body.disturb(mismatch)
 
     def set_encoder(self, arm: str, encoder: Encoder | None) -> None:
@@ -194,7 +209,7 @@ class World:
             If the shape is wrong or a number is not finite.
         """
         name = self.arm_name(arm)
-        self._body.command(name, _checked(torque, len(self.robot.arm(name).joint_names), "torque of an arm", "N m"))
+        self._body.command(name, checked(torque, len(self.robot.arm(name).joint_names), "torque of an arm", "N m"))
 
     def torque(self, arm: str | None = None) -> Array:
         """Motor torque (n,), N m, that acts in the coming step: the command within the limits."""
@@ -222,7 +237,7 @@ class World:
         SimulationError
             If a shape is wrong or a number is not finite.
         """
-        wrench = np.stack([_checked(force, 3, "force", "N"), _checked(torque, 3, "torque", "N m")])
+        wrench = np.stack([checked(force, 3, "force", "N"), checked(torque, 3, "torque", "N m")])
         if not self._at_origin:
             wrench = rotate(conjugate(self.base.quaternion), wrench)
         self._body.push(self.arm_name(arm), wrench.ravel())
@@ -247,6 +262,8 @@ class World:
         SimulationError
             If the world is closed.
         """
+        for name in self.robot.arms:
+            self._contents.grasps.update(name)
         self._body.actuate()
         self._engine.step()
         self._count += 1
@@ -279,11 +296,33 @@ class World:
         """
         name = self.arm_name(arm)
         model = self.robot.arm(name)
-        q = _checked(configuration, len(model.joint_names), "configuration of an arm", "rad")
-        _check_within_limits(model, q)
+        q = checked(configuration, len(model.joint_names), "configuration of an arm", "rad")
+        check_within_limits(model, q)
         self._body.place(name, q)
 
-    def reset(self, scene: Scene | None = None, configurations: Mapping[str, ArrayLike] | None = None) -> None:
+    def held(self, arm: str | None = None) -> str | None:
+        """Name of the object that both pads of an arm's gripper press on; None where it holds none."""
+        return self._contents.grasps.held(self.arm_name(arm))
+
+    def load(self, name: str, arm: str | None = None) -> tuple[float, Array]:
+        """Mass, kg, of an object with what is in it, and its center of mass (3,), m, in the frame of an arm's tool."""
+        return self._contents.load(name, self.tool(arm))
+
+    @property
+    def liquid(self) -> Array:
+        """Where the balls of the liquid are now, (S, 3), m, world frame; (0, 3) where there is none."""
+        return self._contents.balls
+
+    def speed(self, name: str) -> float:
+        """Speed of an object's middle now, m/s."""
+        return self._contents.objects[name].speed
+
+    def reset(
+        self,
+        scene: Scene | None = None,
+        configurations: Mapping[str, ArrayLike] | None = None,
+        set_up: SetUp | None = None,
+    ) -> None:
         """Set up anew: time 0, objects in a scene (None: the one of the last set-up), every arm braked.
 
         Parameters
@@ -291,6 +330,8 @@ class World:
         scene : Scene or None
         configurations : mapping of arm to (n,), rad
             Where arms stand; those not named are parked. None puts the default arm to its working configuration.
+        set_up : SetUp or None
+            What grippers hold and what vessels are filled with; None: grippers are closed and empty, vessels solid.
 
         Raises
         ------
@@ -301,8 +342,8 @@ class World:
         """
         configurations = {self.arm_name(name): q for name, q in (configurations or {}).items()}
         if scene is not None:
-            self._scene = _checked_scene(self.task, scene)
-        self._build(configurations)
+            self._scene = checked_scene(self.task, scene)
+        self._build(configurations, set_up or SetUp())
 
     def draw_scene(self, seed: int, arm: str | None = None) -> Scene:
         """Draw a placement of the objects that the task allows and the arm reaches; the same for the same seed.
@@ -316,14 +357,12 @@ class World:
 
     def record_state(self) -> WorldState:
         """All that a picture of this instant needs."""
-        objects = np.array([self._objects[name].pose.array for name in self.task.placed]).reshape(-1, 7)
-        return WorldState(self.time, self._body.sense()[0].copy(), objects)
+        return WorldState(self.time, self._body.sense()[0].copy(), self._contents.poses, self._contents.balls)
 
     def show_state(self, state: WorldState) -> None:
         """Put joints and objects where they were recorded, for a picture; time does not pass."""
         self._body.place_joints(state.joints)
-        for name, pose in zip(self.task.placed, state.objects, strict=True):
-            self._objects[name].place(Pose.from_array(pose))
+        self._contents.show(state.objects, state.liquid)
 
     def close(self) -> None:
         """End the simulation; a second call does nothing."""
@@ -337,44 +376,3 @@ class World:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def _steps_per_period(control_period: float, physics_step: float) -> int:
-    if not (physics_step > 0.0 and control_period > 0.0):
-        raise SimulationError(f"control period {control_period} s and physics step {physics_step} s must be positive.")
-    steps = round(control_period / physics_step)
-    if steps < 1 or abs(steps * physics_step - control_period) > 1e-9:
-        raise SimulationError(
-            f"the control period must be a whole number of physics steps; got {control_period} s and {physics_step} s."
-        )
-    return steps
-
-
-def _checked_scene(task: TaskDescription, scene: Scene) -> Scene:
-    """Hold a scene against a task: every placed object, and no other."""
-    for name in task.placed:
-        if name not in scene:
-            raise MissingObjectError("object of the scene", name, scene, f"Task {task.name!r} needs it.")
-    for name in scene:
-        if name not in task.placed:
-            raise MissingObjectError("placed object of the task", name, task.placed, "The scene has it.")
-    return scene
-
-
-def _checked(values: ArrayLike, size: int, what: str, unit: str) -> Array:
-    array = np.asarray(values, dtype=float)
-    if array.shape != (size,):
-        raise SimulationError(f"the {what} must have shape ({size},), {unit}; got {array.shape}.")
-    if not np.isfinite(array).all():
-        raise SimulationError(f"the {what} must be finite, {unit}; got {array}.")
-    return array
-
-
-def _check_within_limits(arm: Arm, q: Array) -> None:
-    outside = np.flatnonzero((q < arm.limits.lower) | (q > arm.limits.upper))
-    if outside.size:
-        joint = int(outside[0])
-        raise SimulationError(
-            f"joint {arm.joint_names[joint]!r} cannot stand at {q[joint]:.4f} rad; its limits are "
-            f"{arm.limits.lower[joint]:.4f} to {arm.limits.upper[joint]:.4f} rad."
-        )
