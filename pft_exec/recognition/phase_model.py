@@ -85,12 +85,14 @@ class PhaseModel:
     @cached_property
     def last(self) -> Array:
         """(J,): number of the last step of each component."""
-        return self.length - 1.0
+        last: Array = self.length - 1.0
+        return last
 
     @cached_property
     def middle(self) -> Array:
         """(J,): where the first step lies, and a half: with it, cutting off rounds."""
-        return self.offset + 0.5
+        middle: Array = self.offset + 0.5
+        return middle
 
     @cached_property
     def ends(self) -> Array:

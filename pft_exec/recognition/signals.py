@@ -12,7 +12,6 @@ from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition.settings import PhaseSettings
 
-
 _NOTHING = np.zeros(0), np.zeros(0, dtype=bool)
 
 
