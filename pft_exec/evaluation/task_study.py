@@ -128,11 +128,13 @@ def run_task_study(
 
 
 def _checked_arms(settings: StudySettings, arms: Sequence[str] | None) -> tuple[str, ...]:
-    known = load_robot(settings.robot, tool=settings.tool).arms
+    """Those asked for, or all; the one that is taught first: the others are compared with it."""
+    robot = load_robot(settings.robot, tool=settings.tool)
+    known, taught = robot.arms, default_arm(robot)
     for arm in arms or ():
         if arm not in known:
             raise UnknownArmError("arm", arm, known, f"The robot is {settings.robot!r}.")
-    return tuple(dict.fromkeys(arms)) if arms else tuple(known)
+    return tuple(sorted(set(arms or known), key=lambda arm: arm != taught))
 
 
 def _keep_settings(settings: StudySettings, out: Path) -> None:
