@@ -22,7 +22,10 @@ from pft_exec.geometry import (
     normalize_quaternion,
     quaternion_from_rotation_vector,
     relative_rotation_vector,
+    rotate,
 )
+
+_CLOCK_STEP = 0.005  # s; at which the person's clock is inverted
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class HumanStyle:
         Physiological tremor of the hand: 8 to 12 Hz.
     end_error, end_angle : float, m and rad
         Standard deviation, per axis, of where the path ends.
+    curve_size, curve_tilt : float, of the size and rad
+        Standard deviation of the logarithm of a curve's size, and, per axis, of the turn of its plane.
 
     Notes
     -----
@@ -66,9 +71,11 @@ class HumanStyle:
     tremor_band: tuple[float, float] = (8.0, 12.0)
     end_error: float = 1.5e-3
     end_angle: float = 0.012
+    curve_size: float = 0.03
+    curve_tilt: float = 0.03
 
 
-STEADY = HumanStyle(0.0, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, (8.0, 12.0), 0.0, 0.0)
+STEADY = HumanStyle(0.0, 0.0, 0.0, 0.0, 0.0, (0.0, 0.0), 0.0, 0.0, (8.0, 12.0), 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +97,16 @@ class HumanPath:
     tremor_rates : (T,), rad/s
     pause_at, pause_cost : float, s
         Middle of a pause on the wall clock and what it costs; cost 0 is no pause.
+    legs : (L, 2), s
+        From one standstill to the next, on the person's own clock; a path without stops is one leg.
+    leg_weights : (L,)
+        Share of the bows in each leg.
+    own_arrivals : (W - 1,), s
+        At the waypoints, on the person's own clock.
+    curve : (M, 3), m, or None
+        Displacement at even shares of its time.
+    curve_onset, curve_span : float, s
+        On the person's own clock.
     """
 
     origin: Array
@@ -105,25 +122,46 @@ class HumanPath:
     tremor_rates: Array
     pause_at: float
     pause_cost: float
+    legs: Array
+    leg_weights: Array
+    own_arrivals: Array
+    curve: Array | None = None
+    curve_onset: float = 0.0
+    curve_span: float = 0.0
 
     @property
     def duration(self) -> float:
         """From the first movement to the last, s."""
-        return float(np.max(self.onsets + self.spans)) + self.pause_cost
+        return float(self.legs[-1, 1]) + self.pause_cost
+
+    @property
+    def arrivals(self) -> Array:
+        """When the hand is at each waypoint after the start, (W - 1,), s."""
+        wall = np.arange(0.0, self.duration + _CLOCK_STEP, _CLOCK_STEP)
+        return np.asarray(np.interp(self.own_arrivals, self._own_clock(wall), wall), dtype=float)
 
     def at(self, time: ArrayLike) -> tuple[Array, Array]:
         """Position (..., 3), m, and orientation (..., 4), (x, y, z, w), at times (...), s."""
         wall = np.clip(np.asarray(time, dtype=float), 0.0, self.duration)
         own = self._own_clock(wall)
         share = minimum_jerk((own[..., None] - self.onsets) / self.spans)
-        phase = minimum_jerk(own / np.max(self.onsets + self.spans))
         shaking = _envelope(wall / self.duration)[..., None] * self._shaking(wall)
-        position = self.origin + share @ self.steps + _waves(phase) @ self.bows + shaking[..., :3]
+        waves = self._waves(own)
+        position = self.origin + share @ self.steps + waves @ self.bows + shaking[..., :3]
+        if self.curve is not None:
+            position = position + _curve_at(self.curve, (own - self.curve_onset) / self.curve_span)
         quaternion = np.broadcast_to(self.first, (*wall.shape, 4))
         for index, turn in enumerate(self.turns):
             quaternion = multiply(quaternion, quaternion_from_rotation_vector(share[..., index, None] * turn))
-        deviation = _waves(phase) @ self.wobbles + shaking[..., 3:]
+        deviation = waves @ self.wobbles + shaking[..., 3:]
         return position, normalize_quaternion(multiply(quaternion, quaternion_from_rotation_vector(deviation)))
+
+    def _waves(self, own: Array) -> Array:
+        """First and second half wave (..., 2), leg by leg: none at a standstill."""
+        begins, ends = self.legs.T
+        phase = minimum_jerk((own[..., None] - begins) / (ends - begins))
+        waves: Array = np.einsum("...lk,l->...k", _waves(phase), self.leg_weights)
+        return waves
 
     def sample(self, period: float) -> tuple[Array, Array, Array]:
         """Time (N,), s, position (N, 3), m, and orientation (N, 4), (x, y, z, w), every `period` s and at the end."""
@@ -163,13 +201,16 @@ def human_path(
     style: HumanStyle | None = None,
     *,
     planar: bool = False,
+    rests: ArrayLike | None = None,
+    curve: ArrayLike | None = None,
+    curve_duration: float = 0.0,
 ) -> HumanPath:
-    """Let a synthetic person move through waypoints.
+    """Let a synthetic person move through waypoints, and then along a curve.
 
     Parameters
     ----------
     positions : (W, 3), m
-        W >= 2; the path begins exactly at the first and ends near the last.
+        W >= 2, or 1 where there is a curve; the path begins exactly at the first and ends near the last.
     quaternions : (W, 4), (x, y, z, w), or None
         None leaves the orientation at identity.
     durations : (W - 1,), s
@@ -179,6 +220,10 @@ def human_path(
     style : HumanStyle, optional
     planar : bool
         Nothing of chance leaves the xy plane or turns the tool.
+    rests : (W - 1,), s, optional
+        For which the hand stands still at each waypoint after the start; after the last only a curve waits for it.
+    curve : (M, 3), m, optional
+        Displacement from the last waypoint at even shares of `curve_duration`, s.
 
     Raises
     ------
@@ -186,19 +231,29 @@ def human_path(
         If shapes do not fit, a number is not finite, or a duration is not above 0.
     """
     style = style or HumanStyle()
-    positions, quaternions, durations = _checked(positions, quaternions, durations)
+    drawn = None if curve is None else np.asarray(curve, dtype=float)
+    is_alone = drawn is not None and len(np.asarray(positions)) == 1
+    positions, quaternions, durations = _checked(*_resting(positions, quaternions, durations, drawn, curve_duration))
+    still = np.zeros(len(durations)) if rests is None or np.size(rests) == 0 else np.asarray(rests, dtype=float)
     axes = np.array([1.0, 1.0, 0.0 if planar else 1.0])
     turning = 0.0 if planar else 1.0
     steps, turns = np.diff(positions, axis=0), relative_rotation_vector(quaternions[:-1], quaternions[1:])
     pace = np.exp(style.pace * np.clip(rng.standard_normal(), -1.5, 1.5))
     steps[-1] += style.end_error * axes * rng.standard_normal(3)
     turns[-1] += style.end_angle * turning * rng.standard_normal(3)
-    onsets, spans = _timing(durations * pace, style.overlap)
-    length = float(np.linalg.norm(steps, axis=1).sum())
+    onsets, spans, arrivals = _timing(durations * pace, style.overlap, still)
+    lengths = np.linalg.norm(steps, axis=1)
+    length = float(lengths.sum())
     bows = _sideways(style.bow * length * axes * rng.standard_normal((2, 3)), positions[-1] - positions[0])
     wobbles = style.wobble * turning * rng.standard_normal((2, 3))
     tremor, tremor_angle, rates = _draw_tremor(style, rng, axes, turning)
-    pause_at, pause_cost = _draw_pause(style, rng, float(np.max(onsets + spans)))
+    curve_onset, curve_span = 0.0, pace * curve_duration
+    if drawn is not None:
+        curve_onset = 0.0 if is_alone else float(arrivals[-1] + still[-1])
+        drawn = _varied(drawn, style, rng)
+    over = max(float(np.max(onsets + spans)), curve_onset + curve_span)
+    legs, leg_weights = _legs(arrivals, still, lengths, over)
+    pause_at, pause_cost = _draw_pause(style, rng, over)
     weights = np.array([[1.0], [0.5]])  # the second half wave makes a slight S
     return HumanPath(
         positions[0],
@@ -214,15 +269,70 @@ def human_path(
         rates,
         pause_at,
         pause_cost,
+        legs,
+        leg_weights,
+        arrivals,
+        drawn,
+        curve_onset,
+        curve_span,
     )
 
 
-def _timing(durations: Array, overlap: float) -> tuple[Array, Array]:
-    """Onsets and spans (S,), s: each submovement but the first begins early, by a share of its shorter neighbour."""
-    early = overlap * np.minimum(durations[1:], durations[:-1])
-    onsets = np.append(0.0, np.cumsum(durations)[:-1] - 0.5 * early)
-    ends = np.append(np.cumsum(durations)[:-1] + 0.5 * early, durations.sum())
-    return onsets, ends - onsets
+def _timing(durations: Array, overlap: float, rests: Array) -> tuple[Array, Array, Array]:
+    """Onsets, spans and arrivals (S,), s, of submovements.
+
+    Each but the first begins early, by a share of its shorter neighbour, unless the hand rests before it.
+    """
+    early = np.where(rests[:-1] > 0.0, 0.0, overlap * np.minimum(durations[1:], durations[:-1]))
+    begins = np.append(0.0, np.cumsum(durations + rests)[:-1])
+    arrivals = begins + durations
+    onsets = np.append(0.0, begins[1:] - 0.5 * early)
+    ends = np.append(arrivals[:-1] + 0.5 * early, arrivals[-1])
+    return onsets, ends - onsets, arrivals
+
+
+def _legs(arrivals: Array, rests: Array, lengths: Array, over: float) -> tuple[Array, Array]:
+    """Legs (L, 2), s, from standstill to standstill, and each one's share (L,) of the way."""
+    stops = [index for index in range(len(arrivals) - 1) if rests[index] > 0.0]
+    begins = [0.0, *(float(arrivals[index] + rests[index]) for index in stops)]
+    ends = [*(float(arrivals[index]) for index in stops), over]
+    ways = np.array([part.sum() for part in np.split(lengths, [index + 1 for index in stops])])
+    weights = ways / ways.sum() if ways.sum() > 0.0 else np.ones(len(ways))
+    return np.stack([begins, ends], axis=1), weights
+
+
+def _resting(
+    positions: ArrayLike,
+    quaternions: ArrayLike | None,
+    durations: ArrayLike,
+    curve: Array | None,
+    curve_duration: float,
+) -> tuple[ArrayLike, ArrayLike | None, ArrayLike]:
+    """The waypoints; a curve alone goes with a movement to nowhere, over which the error at the end comes in."""
+    if curve is None or len(np.asarray(positions)) != 1:
+        return positions, quaternions, durations
+    twice = None if quaternions is None else np.repeat(np.asarray(quaternions, dtype=float), 2, axis=0)
+    return np.repeat(np.asarray(positions, dtype=float), 2, axis=0), twice, [curve_duration]
+
+
+def _varied(curve: Array, style: HumanStyle, rng: np.random.Generator) -> Array:
+    """A curve (M, 3) as it comes out this time: a little larger or smaller, in a plane turned a little."""
+    size, tilt = np.exp(style.curve_size * rng.standard_normal()), style.curve_tilt * rng.standard_normal(3)
+    varied: Array = size * rotate(quaternion_from_rotation_vector(tilt), curve)
+    return varied
+
+
+def _curve_at(curve: Array, share: Array) -> Array:
+    """Displacement (..., 3), m, at shares (...) of a tabulated curve (M, 3): cubic between neighbours."""
+    place = np.clip(share, 0.0, 1.0) * (len(curve) - 1)
+    index = np.minimum(place.astype(int), len(curve) - 2)
+    x = (place - index)[..., None]
+    slope = np.gradient(curve, axis=0)
+    first, last = curve[index], curve[index + 1]
+    smooth = x * x * (3.0 - 2.0 * x)
+    bent = x * (1.0 - x) * ((1.0 - x) * slope[index] - x * slope[index + 1])
+    displacement: Array = first + smooth * (last - first) + bent
+    return displacement
 
 
 def _sideways(vectors: Array, direction: Array) -> Array:

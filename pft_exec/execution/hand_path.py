@@ -19,6 +19,7 @@ from pft_exec.geometry import Array, Pose, multiply
 from pft_exec.model import Arm, JointPath, follow_path
 from pft_exec.simulation import HandGuide, World
 
+GRIP_DELAY = 0.1  # s between a hand's arrival and its telling the gripper to move
 CHECK_PERIOD = 0.04  # s between the samples of a path that inverse kinematics checks
 LIMIT_MARGIN = 0.05  # rad that every joint keeps from its soft limit on a path that may be led
 LEAST_MANIPULABILITY = 0.03  # smallest singular value of the Jacobian on such a path; 0 is singular
@@ -42,6 +43,8 @@ class HandPath:
         Where the motion should end, if done without error, world frame.
     joints : JointPath
         By inverse kinematics, every `CHECK_PERIOD` of the path.
+    grips : tuple of (float, str)
+        When, s, the gripper is told to "close" or "open".
     """
 
     label: str
@@ -51,6 +54,7 @@ class HandPath:
     rest_after: float
     goal: Pose
     joints: JointPath
+    grips: tuple[tuple[float, str], ...] = ()
 
     @property
     def duration(self) -> float:
@@ -104,8 +108,21 @@ def plan_hand_path(
     name = world.arm_name(arm)
     task = world.task_for(name)
     waypoints = resolve_waypoints(task, label, Scene(setting.objects), setting.start)
-    path = human_path(waypoints.positions, waypoints.quaternions, waypoints.durations, rng, style)
-    rest_before, rest_after = rng.uniform((0.15, 0.25), (0.4, 0.5))
+    path = human_path(
+        waypoints.positions,
+        waypoints.quaternions,
+        waypoints.durations,
+        rng,
+        style,
+        rests=waypoints.rests,
+        curve=waypoints.curve,
+        curve_duration=waypoints.curve_duration,
+    )
+    rest_before, rest_after = rng.uniform((0.15, 0.25), (0.4, 0.5)).tolist()
+    arrivals = rest_before + path.arrivals
+    grips = tuple((float(arrivals[index - 1]) + GRIP_DELAY, what) for index, what in waypoints.grips)
+    if grips and grips[-1][0] > rest_before + path.duration:
+        rest_after += float(waypoints.rests[-1])
     model = world.arm(name)
     time, positions, quaternions = path.sample(CHECK_PERIOD)
     back = world.base.inverse()
@@ -118,7 +135,7 @@ def plan_hand_path(
     _check_workspace(task, label, positions)
     _check_reach(label, name, time, positions, joints)
     _check_room(label, model, time, joints)
-    return HandPath(label, name, path, float(rest_before), float(rest_after), waypoints.end, joints)
+    return HandPath(label, name, path, rest_before, rest_after, waypoints.end, joints, grips)
 
 
 class Hand:
