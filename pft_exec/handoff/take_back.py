@@ -26,6 +26,10 @@ THRESHOLD = 15.0
 """N; a friction error of a fifth is felt as 4 N, half a kilogram of unknown payload as 7 N (measured)."""
 HOLD_TIME = 0.005
 """s for which the force must last: an impact is shorter."""
+USUAL_TIME = 0.3
+"""s over which a force that lasts becomes usual."""
+USUAL_LIMIT = 10.0
+"""N; more than this never becomes usual: one kilogram that nobody told of."""
 _SMOOTHING_SPEED = 0.05  # rad/s; the sign of a slower measured velocity is uncertain
 
 
@@ -72,28 +76,28 @@ class ForceObserver:
         self.control_period = control_period
         self._share = 1.0 - math.exp(-bandwidth * control_period)
         self._residual = np.zeros(len(arm.joint_names))
-        self._before: tuple[ArmDynamics, Array, Array] | None = None
+        self._before: tuple[ArmDynamics, Array, Array] | None = None  # at the last call; third: all but the motor torque
         self._estimate = ExternalForce(self._residual, np.zeros(3), np.zeros(3))
 
-    def update(self, q: Array, v: Array, torque: Array) -> ExternalForce:
-        """Estimate from a measured state and the motor torque that is commanded at it.
+    def update(self, q: Array, v: Array, torque: Array | None) -> ExternalForce:
+        """Estimate from a measured state and the motor torque that led to it.
 
         Parameters
         ----------
         q, v : (n,), rad, rad/s
-            Measured; one that is not finite leaves the estimate as it is.
-        torque : (n,), N m
-            Held from now until the next call.
+            Measured now; one that is not finite leaves the estimate as it is.
+        torque : (n,), N m, or None
+            Commanded in the control period that ends now; None where it is not known.
         """
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
             self._before = None
             return self._estimate
         dynamics = self.arm.dynamics(q, v)
-        if self._before is not None:
-            before, speed, explained = self._before
-            unexplained = before.mass_matrix @ (v - speed) / self.control_period - explained
+        if self._before is not None and torque is not None:
+            before, speed, passive = self._before
+            unexplained = before.mass_matrix @ (v - speed) / self.control_period - passive - torque
             self._residual = self._residual + self._share * (unexplained - self._residual)
-        self._before = dynamics, np.array(v), torque + self.arm.counterbalance(q) - dynamics.bias - self._friction(v)
+        self._before = dynamics, np.array(v), self.arm.counterbalance(q) - dynamics.bias - self._friction(v)
         wrench = tool_wrench(dynamics, self._residual)
         self._estimate = ExternalForce(self._residual, wrench[:3], wrench[3:])
         return self._estimate
@@ -115,6 +119,10 @@ def tool_wrench(dynamics: ArmDynamics, torque: Array) -> Array:
 class TakeBack:
     """Notice that the person takes the arm back.
 
+    What lasts is not a person but a model that is wrong (a payload that nobody told of, friction): the mean of the last
+    moments, up to a limit, is taken off. A push counts from the threshold on, one that grows slowly at the latest from
+    threshold and limit together. While the hand that led still lets go, nothing counts.
+
     Parameters
     ----------
     threshold : float, N
@@ -133,12 +141,32 @@ class TakeBack:
             )
         self.threshold = threshold
         self.hold_time = hold_time
+        self.usual: Array = np.zeros(3)
+        """(3,), N: the part of the force that lasts."""
         self._since: float | None = None
+        self._before: float | None = None
+        self._waits_until = -math.inf
+
+    def wait(self, until: float) -> None:
+        """Let nothing count until the force has been small once, or until a time, s."""
+        self._waits_until = until
+        self._since, self._before, self.usual = None, None, np.zeros(3)
 
     def update(self, time: float, force: Array) -> bool:
-        """Whether a force (3,), N, has been above the threshold for the hold time, at a time, s."""
-        if float(np.linalg.norm(force)) < self.threshold:
+        """Whether a force (3,), N, base frame, has been above the threshold for the hold time, at a time, s."""
+        is_strong = float(np.linalg.norm(force - self.usual)) >= self.threshold
+        if time < self._waits_until:
+            self._waits_until = self._waits_until if is_strong else -math.inf
+            return False
+        if not is_strong:
+            self._get_used_to(time, force)
             self._since = None
             return False
         self._since = time if self._since is None else self._since
-        return time - self._since >= self.hold_time
+        return time - self._since >= self.hold_time - 1e-9
+
+    def _get_used_to(self, time: float, force: Array) -> None:
+        elapsed = 0.0 if self._before is None else time - self._before
+        mean = self.usual + (1.0 - math.exp(-elapsed / USUAL_TIME)) * (force - self.usual)
+        self.usual = mean * min(1.0, USUAL_LIMIT / max(float(np.linalg.norm(mean)), 1e-9))
+        self._before = time

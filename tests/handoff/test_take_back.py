@@ -14,10 +14,10 @@ from tests.control.plant import Plant, arch
 
 def estimates(arm, plant, force, duration=0.1, period=0.001):
     """Forces (T, 3), N, that an observer sees while gravity is compensated and a force acts."""
-    observer, seen = ForceObserver(arm, period), []
+    observer, seen, torque = ForceObserver(arm, period), [], None
     for _ in range(round(duration / period)):
-        torque = arm.gravity(plant.q) - arm.counterbalance(plant.q)
         seen.append(observer.update(plant.q, plant.v, torque).force)
+        torque = arm.gravity(plant.q) - arm.counterbalance(plant.q)
         plant.step(torque, force)
     return np.array(seen)
 
@@ -83,12 +83,45 @@ def test_what_the_model_does_not_know_is_not_taken_for_a_person(arm, start, mism
     controller, plant = TrackingController(arm), Plant(arm, start, **mismatch)
     trajectory = plan_joint_trajectory(arm, tube, start)
     controller.follow(trajectory.at, compute_compliance(tube), 0.0, blend=False)
-    observer, felt = ForceObserver(arm, 0.001), []
+    observer, felt, torque = ForceObserver(arm, 0.001), [], None
     for step in range(round(1000 * trajectory.duration)):
-        torque = controller.update(0.001 * step, plant.q, plant.v).torque
         felt.append(np.linalg.norm(observer.update(plant.q, plant.v, torque).force))
+        torque = controller.update(0.001 * step, plant.q, plant.v).torque
         plant.step(torque)
     assert max(felt) <= 0.6 * THRESHOLD
+
+
+def first_taken(take_back, force, duration=3.0):
+    """When, s, a force (N, as a function of time) is taken for a person; None where it is not."""
+    times = np.arange(0.0, duration, 0.001)
+    return next((time for time in times if take_back.update(time, np.array([0.0, 0.0, force(time)]))), None)
+
+
+def test_a_force_that_comes_slowly_and_stays_is_the_model_and_a_push_on_top_of_it_a_person():
+    take_back = TakeBack(threshold=15.0)
+    assert first_taken(take_back, lambda t: min(9.0, 10.0 * t)) is None
+    assert take_back.usual[2] == pytest.approx(9.0, abs=0.1)
+    assert take_back.update(3.0, np.array([0.0, 16.0, 9.0])) is False
+    assert take_back.update(3.01, np.array([0.0, 16.0, 9.0])) is True
+
+
+def test_a_push_that_grows_slowly_is_a_person_too():
+    assert first_taken(TakeBack(threshold=15.0), lambda t: 10.0 * t) == pytest.approx(2.5, abs=0.5)
+
+
+def test_a_hand_that_is_letting_go_takes_nothing_back_and_one_that_does_not_let_go_does():
+    letting_go, holding = TakeBack(threshold=15.0), TakeBack(threshold=15.0)
+    letting_go.wait(0.5)
+    holding.wait(0.5)
+    assert first_taken(letting_go, lambda t: 25.0 * max(0.0, 1.0 - t / 0.3)) is None
+    assert first_taken(holding, lambda t: 25.0) == pytest.approx(0.505, abs=0.002)
+
+
+def test_after_the_hand_has_let_go_a_push_counts_at_once():
+    take_back = TakeBack(threshold=15.0)
+    take_back.wait(0.5)
+    taken = first_taken(take_back, lambda t: 20.0 if t < 0.1 or t >= 0.2 else 0.0)
+    assert taken == pytest.approx(0.205, abs=0.002)
 
 
 @pytest.mark.parametrize("wrong", [{"control_period": 0.0}, {"control_period": 0.001, "bandwidth": -1.0}])
