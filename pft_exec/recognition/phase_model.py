@@ -85,13 +85,13 @@ class PhaseModel:
     @cached_property
     def last(self) -> Array:
         """(J,): number of the last step of each component."""
-        last: Array = self.length - 1.0
+        last: Array = self.length.astype(float) - 1.0
         return last
 
     @cached_property
     def middle(self) -> Array:
         """(J,): where the first step lies, and a half: with it, cutting off rounds."""
-        middle: Array = self.offset + 0.5
+        middle: Array = self.offset.astype(float) + 0.5
         return middle
 
     @cached_property
