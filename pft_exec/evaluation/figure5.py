@@ -90,6 +90,15 @@ class LearnedMotion:
             }
         return row | {"paper": PUBLISHED.get(self.label, "")}
 
+    def to_dict(self) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            **self.row(),
+            "meant": dict(self.meant),
+            "found": {method: dict(found) for method, found in self.found.items()},
+            "numbers": dict(self.numbers),
+        }
+
 
 def figure5(
     task: str = "bottle",

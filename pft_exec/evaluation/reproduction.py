@@ -1,4 +1,4 @@
-"""Everything that is compared, run by name: the paper's two tables and the recordings of real people."""
+"""Everything that is compared, run by name: the paper's tables, its figure 5, and the recordings of real people."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from pft_exec.evaluation import pictures
+from pft_exec.evaluation.figure5 import figure5, write_figure5
 from pft_exec.evaluation.methods import METHODS
 from pft_exec.evaluation.protocol import Progress, silent
 from pft_exec.evaluation.reach import evaluate_reach
 from pft_exec.evaluation.real import SETS, Condition, evaluate_set
+from pft_exec.evaluation.table3 import CENTERED, table3
 from pft_exec.evaluation.tables import TableResult, table1, table2
 from pft_exec.exceptions import StorageError, UnknownNameError
 
@@ -28,18 +30,23 @@ TUBE_METHODS = ("robust, phase", "dong2012")
 Rows = Sequence[Mapping[str, Any]]
 
 
-def reproduce(name: str, seeds: int = 5, out: str | Path | None = None, progress: Progress = silent) -> dict[str, Any]:
+def reproduce(
+    name: str, seeds: int = 5, out: str | Path | None = None, progress: Progress = silent, *, jobs: int = 1
+) -> dict[str, Any]:
     """Run one comparison, or all.
 
     Parameters
     ----------
-    name : "table1", "table2", "real" or "all"
+    name : "table1", "table2", "table3", "figure5", "real" or "all"
     seeds : int
-        Of the planar people; the recordings are split `SPLITS_A_SEED` times as often.
+        Of the simulated people; the recordings are split `SPLITS_A_SEED` times as often, and a figure shows one seed.
     out : str, Path or None
-        Folder, made where missing, for ``<name>.json`` and the pictures.
+        Folder, made where missing, for ``<name>.json``, the pictures, and the lessons that a robot was given: they are
+        simulated once, and an interrupted run goes on.
     progress : callable
         Takes the stage and the share that is done, in [0, 1].
+    jobs : int
+        Processes that teach, where a robot is taught.
 
     Returns
     -------
@@ -53,14 +60,20 @@ def reproduce(name: str, seeds: int = 5, out: str | Path | None = None, progress
     StorageError
         If "real" finds no recordings, or nothing can be written to `out`.
     """
-    runs: dict[str, Callable[[int, Progress], _Part]] = {"table1": _table1, "table2": _table2, "real": _real}
+    runs: dict[str, Callable[[_Request], _Part]] = {
+        "table1": _table1,
+        "table2": _table2,
+        "table3": _table3,
+        "figure5": _figure5,
+        "real": _real,
+    }
     if name not in (*runs, "all"):
         raise UnknownNameError("comparison", name, (*runs, "all"))
     folder = None if out is None else _made(Path(out))
     chosen = list(runs) if name == "all" else [name]
     result: dict[str, Any] = {"tables": {}}
     for place, part_name in enumerate(chosen):
-        part = runs[part_name](seeds, _share_of(progress, place, len(chosen)))
+        part = runs[part_name](_Request(seeds, folder, jobs, _share_of(progress, place, len(chosen))))
         result["tables"] |= part.tables
         result[part_name] = part.details
         if folder is not None:
@@ -70,10 +83,24 @@ def reproduce(name: str, seeds: int = 5, out: str | Path | None = None, progress
     return result
 
 
+class _Request(NamedTuple):
+    """What a comparison is run with."""
+
+    seeds: int
+    folder: Path | None
+    jobs: int
+    progress: Progress
+
+    @property
+    def lessons(self) -> Path | None:
+        """Folder of lessons that are kept."""
+        return None if self.folder is None else self.folder / "lessons"
+
+
 class _Part:
     """What one comparison gives: tables for a reader, details for JSON, and a way to draw its pictures."""
 
-    def __init__(self, tables: dict[str, Rows], details: Any, draw: Callable[[Path], None]) -> None:
+    def __init__(self, tables: dict[str, Rows], details: Any, draw: Callable[[Path], Any]) -> None:
         self.tables = tables
         self.details = details
         self.draw = draw
@@ -96,12 +123,36 @@ def recordings_folder() -> Path:
     return folder
 
 
-def _table1(seeds: int, progress: Progress) -> _Part:
-    return _table("Table 1, varying scenes", table1(seeds, progress=progress))
+def _table1(request: _Request) -> _Part:
+    return _table("Table 1, varying scenes", table1(request.seeds, progress=request.progress))
 
 
-def _table2(seeds: int, progress: Progress) -> _Part:
-    return _table("Table 2, one scene", table2(seeds, progress=progress))
+def _table2(request: _Request) -> _Part:
+    return _table("Table 2, one scene", table2(request.seeds, progress=request.progress))
+
+
+def _table3(request: _Request) -> _Part:
+    results = table3(request.seeds, folder=request.lessons, jobs=request.jobs, progress=request.progress)
+    tables: dict[str, Rows] = {}
+    for result in results:
+        tables[f"Table 3, {result.condition}"] = result.table()
+        tables |= {f"Table 3, {result.condition}: {name}": result.by_motion(name) for name in result.summaries}
+
+    def draw(folder: Path) -> None:
+        for result in results:
+            kind = "centered" if result.condition == CENTERED else "varied"
+            pictures.draw_confusions(tuple(result.summaries.values()), folder / f"table3_{kind}_confusion.png")
+
+    return _Part(tables, [result.to_dict() for result in results], draw)
+
+
+def _figure5(request: _Request) -> _Part:
+    motions = figure5(folder=request.lessons, jobs=request.jobs, progress=request.progress)
+    return _Part(
+        {"Figure 5: motions taught to a PR2": [item.row() for item in motions]},
+        [item.to_dict() for item in motions],
+        lambda folder: write_figure5(motions, folder),
+    )
 
 
 def _table(title: str, result: TableResult) -> _Part:
@@ -114,8 +165,8 @@ def _table(title: str, result: TableResult) -> _Part:
     )
 
 
-def _real(seeds: int, progress: Progress) -> _Part:
-    folder = recordings_folder()
+def _real(request: _Request) -> _Part:
+    folder, seeds, progress = recordings_folder(), request.seeds, request.progress
     runs = [(name, Condition(removed), REAL_METHODS) for name in SETS for removed in (True, False)]
     runs += [(POSED, Condition(removed, pose=True), TUBE_METHODS) for removed in (True, False)]
     tables: dict[str, Rows] = {}

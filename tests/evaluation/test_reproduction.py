@@ -21,8 +21,8 @@ def test_public_names_load_on_first_use() -> None:
 
 
 def test_an_unknown_comparison_is_refused_by_name() -> None:
-    with pytest.raises(UnknownNameError, match=r"no comparison is named 'table3'\. Did you mean 'table[12]'"):
-        evaluation.reproduce("table3")
+    with pytest.raises(UnknownNameError, match=r"no comparison is named 'table4'\. Did you mean 'table[123]'"):
+        evaluation.reproduce("table4")
 
 
 def test_an_unknown_benchmark_is_refused_by_name() -> None:
