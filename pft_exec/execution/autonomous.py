@@ -10,6 +10,7 @@ from pft_exec.demonstration import Scene
 from pft_exec.description.success import Verdict, judge_motion
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution.control_loop import ControlLoop, Observer
+from pft_exec.execution.faults import Fault
 from pft_exec.execution.log import ExecutionLog
 from pft_exec.execution.pursuit import Outcome, Pursuit
 from pft_exec.execution.stopping import stop
@@ -32,6 +33,7 @@ def execute(
     arm: str | None = None,
     *,
     pushes: Sequence[Push] = (),
+    faults: Sequence[Fault] = (),
     pace: float = 1.0,
     softness: float = SOFTNESS,
     solver: str = "daqp",
@@ -47,6 +49,8 @@ def execute(
     arm : str or None
         None is the only arm, else "right".
     pushes : sequence of Push
+    faults : sequence of Fault
+        Injected while it runs (`pft_exec.execution.faults`); whatever happens then is in the log, nothing is raised.
     pace : float
         Speed relative to the tube's own.
     softness : float, s^4/m^2
@@ -65,12 +69,18 @@ def execute(
     ------
     UnreachableError
         Before anything moves, if the tube is beyond the arm's reach.
+    UnknownMethodError
+        If there is no such solver.
     """
-    loop = ControlLoop(world, arm, pushes, observer)
+    loop = ControlLoop(world, arm, pushes, observer, faults)
     scene, start = world.scene, world.tool(loop.name)
+    flow_tube = loop.injector.tube(flow_tube)
     takeover = plan_takeover(loop, flow_tube, 0.0, pace, np.zeros(len(loop.arm.joint_names)))
-    if takeover.reason:
+    if takeover.reason and not faults:
         raise UnreachableError(takeover.reason)
+    if takeover.reason:
+        stop(loop, takeover.reason)
+        return loop.log.finish(False, takeover.reason, label=flow_tube.label, **about_run(loop))
     compliance = tube_compliance(loop, flow_tube, softness)
     outcome = Pursuit(
         loop,

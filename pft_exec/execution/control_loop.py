@@ -12,7 +12,10 @@ from time import perf_counter
 import numpy as np
 
 from pft_exec.control import Command
+from pft_exec.execution.faults import Fault
+from pft_exec.execution.injection import FaultInjector
 from pft_exec.execution.log import LogRecorder, Stage
+from pft_exec.execution.plausibility import StateGuard
 from pft_exec.geometry import Array, Pose
 from pft_exec.simulation import Push, World
 
@@ -36,10 +39,17 @@ class ControlLoop:
     pushes : sequence of Push
     observer : callable or None
         Called with the world after every control period.
+    faults : sequence of Fault
+        To be injected; times are on the clock of the run.
     """
 
     def __init__(
-        self, world: World, arm: str | None = None, pushes: Sequence[Push] = (), observer: Observer | None = None
+        self,
+        world: World,
+        arm: str | None = None,
+        pushes: Sequence[Push] = (),
+        observer: Observer | None = None,
+        faults: Sequence[Fault] = (),
     ) -> None:
         self.world = world
         self.name = world.arm_name(arm)
@@ -49,6 +59,11 @@ class ControlLoop:
         self._observer = observer
         self._begin = world.time
         self._wall = perf_counter()
+        self._at_origin = world.base == Pose(np.zeros(3))
+        self.injector = FaultInjector(faults, world, self.name, self.log)
+        self.guard = StateGuard(self.arm.limits, world.control_period)
+        self._sensed: tuple[float, Array, Array] | None = None
+        self.injector.advance(0.0)
 
     @property
     def time(self) -> float:
@@ -61,15 +76,23 @@ class ControlLoop:
         return self.time / max(perf_counter() - self._wall, 1e-9)
 
     def sense(self) -> tuple[Array, Array]:
-        """Measured configuration and velocity (n,), rad and rad/s."""
-        return self.world.state(self.name)
+        """Measured configuration and velocity (n,), rad and rad/s; in place of what cannot be, what is expected."""
+        now = self.world.time
+        if self._sensed is None or self._sensed[0] != now:
+            self._sensed = now, *self.guard.update(*self.world.state(self.name))
+        return self._sensed[1].copy(), self._sensed[2].copy()
+
+    def tool(self) -> Pose:
+        """Pose of the tool, world frame, by the model from what `sense` says."""
+        pose = self.arm.forward(self.sense()[0])
+        return pose if self._at_origin else self.world.base @ pose
 
     def is_sample_due(self) -> bool:
         """Whether a sample is due now: every `SAMPLE_PERIOD`, on whole control periods."""
         every = max(1, round(SAMPLE_PERIOD / self.world.control_period))
         return round(self.time / self.world.control_period) % every == 0
 
-    def apply(self, command: Command, stage: Stage, tick: float, pull: Pull | None = None) -> None:
+    def apply(self, command: Command, stage: Stage, tick: float, pull: Pull | None = None, rate: float = 1.0) -> None:
         """Let a command act for one control period, and log it.
 
         Parameters
@@ -80,32 +103,44 @@ class ControlLoop:
             What it took to compute.
         pull : callable or None
             The hand, if it holds the tool.
+        rate : float
+            Of the reference's clock beside the planned one.
         """
-        state, tool = self.sense(), self.world.tool(self.name)
+        state, tool = self.sense(), self.tool()
         self.world.command(self.name, command.torque)
         for step in range(self.world.steps_per_period):
             force, torque = self._outside(pull)
             if step == 0:
-                self._log_row(command, stage, tick, state, tool, force)
+                self._log_row(command, stage, tick, state, tool, force, rate)
             if force.any() or torque.any():
                 self.world.push(self.name, force, torque)
             self.world.step()
         if self._observer is not None:
             self._observer(self.world)
+        self.injector.advance(self.time)
 
     def _outside(self, pull: Pull | None) -> tuple[Array, Array]:
         """Force and torque at the tool from outside, (3,) each, N and N m, world frame."""
         time = self.time
         wrench = np.zeros(6) if pull is None else pull(time)
-        force = wrench[:3].copy()
+        force = wrench[:3] + self.injector.force()
         for push in self._pushes:
             force += push.force_at(time)
         return force, wrench[3:]
 
     def _log_row(
-        self, command: Command, stage: Stage, tick: float, state: tuple[Array, Array], tool: Pose, force: Array
+        self,
+        command: Command,
+        stage: Stage,
+        tick: float,
+        state: tuple[Array, Array],
+        tool: Pose,
+        force: Array,
+        rate: float,
     ) -> None:
         self.log.add(
+            command,
+            rate,
             time=self.time,
             configuration=state[0],
             velocity=state[1],

@@ -11,12 +11,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pft_exec.control import Command
 from pft_exec.demonstration.hdf5 import read_file, write_file
 from pft_exec.exceptions import PFTError, StorageError
+from pft_exec.execution.control_history import ControlHistory, control_history
 from pft_exec.geometry import Array
 
 FORMAT = "pft_exec execution log"
-VERSION = 1
+VERSION = 2
+"""2 added the control history; logs of version 1 are read without it."""
 
 
 class Stage(IntEnum):
@@ -30,7 +33,7 @@ class Stage(IntEnum):
 
 
 class Event(NamedTuple):
-    """Something that happened once: when (s), what ("take_over", "ask", "decline", "fallback", ...), and why."""
+    """Something that happened once: when (s), what ("take_over", "fault", "slow", "resume", "stop", ...), and why."""
 
     time: float
     name: str
@@ -89,6 +92,8 @@ class ExecutionLog:
     tick : (T,), s
         Computing time of the control period; the one field that differs from run to run.
     belief : BeliefHistory
+    control : ControlHistory
+        What each control period decided: costs, active constraints, solver, timing.
     details : {name: float}
         Figures of the run, such as the end error (m).
     """
@@ -114,6 +119,7 @@ class ExecutionLog:
     hand_force: Array = field(default_factory=lambda: np.empty(0))
     tick: Array = field(default_factory=lambda: np.empty(0))
     belief: BeliefHistory = field(default_factory=BeliefHistory)
+    control: ControlHistory = field(default_factory=ControlHistory)
     details: Mapping[str, float] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -133,6 +139,7 @@ class ExecutionLog:
             "detail": [event.detail for event in self.events],
         }
         belief = self.belief
+        content["control"] = self.control.tree()
         content["belief"] = {
             "labels": list(belief.labels),
             "time": belief.time,
@@ -153,12 +160,14 @@ class ExecutionLog:
         content = read_file(path, FORMAT, VERSION)
         try:
             events, belief = content.pop("events"), content.pop("belief")
+            control = content.pop("control", None)
             return cls(
                 events=tuple(
                     Event(float(t), str(n), str(d))
                     for t, n, d in zip(events["time"], events["name"], events["detail"], strict=True)
                 ),
                 belief=BeliefHistory(tuple(belief["labels"]), belief["time"], belief["probability"], belief["unknown"]),
+                control=ControlHistory() if control is None else ControlHistory.from_tree(control),
                 **content,
             )
         except (KeyError, TypeError, ValueError, PFTError) as error:
@@ -170,11 +179,16 @@ class LogRecorder:
 
     def __init__(self) -> None:
         self._rows: dict[str, list[Any]] = {name: [] for name in _ROW_FIELDS}
+        self._commands: list[Command] = []
+        self._rates: list[float] = []
         self._events: list[Event] = []
         self._beliefs: list[tuple[float, dict[str, float], float]] = []
 
-    def add(self, **row: ArrayLike) -> None:
-        """One row; the names are the row fields of `ExecutionLog`."""
+    def add(self, command: Command | None = None, rate: float = 1.0, **row: ArrayLike) -> None:
+        """One row; names are the row fields of `ExecutionLog`; `command` and its clock's `rate` make the history."""
+        if command is not None:
+            self._commands.append(command)
+            self._rates.append(rate)
         for name, values in self._rows.items():
             values.append(row[name])
 
@@ -191,7 +205,13 @@ class LogRecorder:
         rows: dict[str, Any] = {name: np.asarray(values) for name, values in self._rows.items()}
         rows["stage"] = rows["stage"].astype(np.int64)
         return ExecutionLog(
-            success=success, reason=reason, events=tuple(self._events), belief=self._history(), **rows, **about
+            success=success,
+            reason=reason,
+            events=tuple(self._events),
+            belief=self._history(),
+            control=control_history(self._commands, self._rates),
+            **rows,
+            **about,
         )
 
     def _history(self) -> BeliefHistory:

@@ -19,6 +19,7 @@ from pft_exec.control import (
     Reference,
     TrackingController,
     joined,
+    load_solver,
 )
 from pft_exec.execution.control_loop import ControlLoop, Pull
 from pft_exec.execution.log import Stage
@@ -155,7 +156,8 @@ class Pursuit:
         self._supervisors, self._attendants, self._pull = tuple(supervisors), tuple(attendants), pull
         self._fallbacks = 0
         self._command: Command | None = None
-        self._controller = TrackingController(loop.arm, loop.world.control_period, solver)
+        working = loop.injector.solver(load_solver(solver))
+        self._controller = TrackingController(loop.arm, loop.world.control_period, working)
         self._reference = joined(takeover.transition.at, takeover.transition.duration, takeover.trajectory.at)
         self._controller.follow(self._paced, compliance, loop.time, blend=floating)
 
@@ -177,7 +179,7 @@ class Pursuit:
             return self._outcome(verdict.ending, verdict.reason)
         command = self._controller.update(self.loop.time, q, v)
         stage = self.stage
-        self.loop.apply(command, stage, perf_counter() - started, self._pull)
+        self.loop.apply(command, stage, perf_counter() - started, self._pull, self.clock.rate)
         self._note(command)
         self.clock.advance(self.loop.world.control_period, verdict.rate)
         if stage is Stage.TRANSITION and self.stage is not stage:
