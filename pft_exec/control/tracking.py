@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
+from pft_exec.control.avoidance import Avoidance, Nearness
 from pft_exec.control.command import Command
 from pft_exec.control.compliance import Compliance
 from pft_exec.control.friction import friction_torque
@@ -20,7 +22,7 @@ from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tool_target import ToolTarget, tool_target
 from pft_exec.exceptions import ControlError
 from pft_exec.geometry import Array
-from pft_exec.model import Arm, ArmDynamics
+from pft_exec.model import Arm, ArmDynamics, Obstacle
 
 POSTURE_STIFFNESS = 100.0
 """1/s^2; of the joints about their reference, in what the tool leaves open; critically damped."""
@@ -40,8 +42,8 @@ class TrackingController:
     arm : Arm
     control_period : float, s
         For which each command is held.
-    solver : str
-        "daqp", "osqp", or any other that qpsolvers has installed.
+    solver : str or Solver
+        "daqp", "osqp", any other that qpsolvers has installed, or one of the caller's own.
 
     Raises
     ------
@@ -51,12 +53,14 @@ class TrackingController:
         If there is no such solver.
     """
 
-    def __init__(self, arm: Arm, control_period: float = 0.001, solver: str = "daqp") -> None:
+    def __init__(self, arm: Arm, control_period: float = 0.001, solver: str | Solver = "daqp") -> None:
         if not control_period > 0.0:
             raise ControlError(f"the control period must be positive, s; got {control_period}.")
         self.arm = arm
         self.control_period = control_period
-        self._solver: Solver = load_solver(solver)
+        self._solver: Solver = load_solver(solver) if isinstance(solver, str) else solver
+        self._avoidance = Avoidance(arm, self_collision) if self_collision else None
+        self._self_collision = self_collision
         self._fallback = GravityCompensation(arm, FALLBACK_DAMPING)
         self._reference: Reference | None = None
         self._compliance: Compliance | None = None
@@ -80,6 +84,20 @@ class TrackingController:
         """
         self._reference, self._compliance, self._since = reference, compliance, since
         self._blend_since = since if blend else -np.inf
+
+    def avoid(self, obstacles: Sequence[Obstacle], time: float = 0.0) -> None:
+        """Keep off these obstacles from now on, and off no others.
+
+        Parameters
+        ----------
+        obstacles : sequence of Obstacle
+            In the robot's base frame, as they are at `time`; each is taken to move on at its velocity. Cheap enough
+            to be called every control period. What the arm must touch is left out.
+        time : float, s
+        """
+        if self._avoidance is None:
+            self._avoidance = Avoidance(self.arm, self._self_collision)
+        self._avoidance.watch(obstacles, time)
 
     def carry(self, arm: Arm, since: float = -np.inf) -> None:
         """Go on with another model of the same arm: a payload was grasped or released.
@@ -121,23 +139,26 @@ class TrackingController:
         error = tool.error(dynamics)
         tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics)
         posture = posture_objective(posture_acceleration(reference, q, v))
-        program = self._program(tracking + posture, dynamics, load, q, v)
+        near = None if self._avoidance is None else self._avoidance.near(self.arm, q, v, time)
+        program = self._program(tracking + posture, dynamics, load, q, v, near)
         begin = perf_counter()
         solution = self._solver.solve(program)
         solve_time = perf_counter() - begin
-        if not solution.found:
+        if not (solution.found and np.isfinite(solution.x).all()):
             return self._stop(time, q, v, f"no solution: {solution.status}")
         costs = {"tracking": tracking.cost(solution.x), "posture": posture.cost(solution.x)}
         torque = dynamics.mass_matrix @ solution.x + load
-        return self._command(torque, solution, reference, tool, error, costs, solve_time)
+        command = self._command(torque, solution, reference, tool, error, costs, solve_time)
+        return command if near is None else replace(command, **_closeness(near, solution))
 
     def _program(
-        self, objective: Objective, dynamics: ArmDynamics, load: Array, q: Array, v: Array
+        self, objective: Objective, dynamics: ArmDynamics, load: Array, q: Array, v: Array, near: Nearness | None
     ) -> QuadraticProgram:
-        """An objective within the limits; further constraints stand beside the torque's."""
+        """An objective within the limits; what keeps the arm off obstacles stands beside the torque's rows."""
         limits = self.arm.limits
         bounds = acceleration_bounds(limits, self.control_period, q, v)
-        return assemble(objective, bounds, [torque_constraint(dynamics.mass_matrix, load, limits.torque)])
+        rows = [torque_constraint(dynamics.mass_matrix, load, limits.torque)]
+        return assemble(objective, bounds, rows if near is None else [*rows, near.constraint])
 
     def _weight_to_come(self, time: float, q: Array) -> Array:
         """Part (n,), N m, of a change of payload that is not yet held."""
@@ -197,6 +218,12 @@ class TrackingController:
 
     def _stop(self, time: float, q: Array, v: Array, status: str) -> Command:
         return replace(self._fallback.update(time, q, v, status), fallback=True)
+
+
+def _closeness(near: Nearness, solution: Solution) -> dict[str, Any]:
+    """What a command says of the pairs that are near."""
+    active = np.abs(solution.multipliers[-len(near.distance) :]) > ACTIVE
+    return {"distance": float(near.distance.min()), "apart_active": near.names(active)}
 
 
 def posture_acceleration(reference: JointReference, q: Array, v: Array) -> Array:
