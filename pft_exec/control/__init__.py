@@ -20,6 +20,7 @@ while it is taught (`GravityCompensation`). Nothing raises inside a control peri
 Further objectives add to the sum, further constraints to the rows; a solver is a name (`solvers`).
 """
 
+from pft_exec.control.avoidance import Avoidance
 from pft_exec.control.command import Command
 from pft_exec.control.compliance import Compliance, compute_compliance, constant_compliance, operational_stiffness
 from pft_exec.control.gravity_compensation import GravityCompensation
@@ -33,6 +34,7 @@ from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tracking import TrackingController
 
 __all__ = [
+    "Avoidance",
     "Command",
     "Compliance",
     "Constraint",

@@ -44,6 +44,8 @@ class TrackingController:
         For which each command is held.
     solver : str or Solver
         "daqp", "osqp", any other that qpsolvers has installed, or one of the caller's own.
+    self_collision : bool
+        Whether links keep off the robot's body and off each other; obstacles are for `avoid`.
 
     Raises
     ------
@@ -53,7 +55,13 @@ class TrackingController:
         If there is no such solver.
     """
 
-    def __init__(self, arm: Arm, control_period: float = 0.001, solver: str | Solver = "daqp") -> None:
+    def __init__(
+        self,
+        arm: Arm,
+        control_period: float = 0.001,
+        solver: str | Solver = "daqp",
+        self_collision: bool = False,
+    ) -> None:
         if not control_period > 0.0:
             raise ControlError(f"the control period must be positive, s; got {control_period}.")
         self.arm = arm

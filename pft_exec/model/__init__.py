@@ -5,19 +5,31 @@ Stands between the description of a robot and everything that moves one. The onl
 """
 
 from pft_exec.model.arm import Arm, ArmDynamics
+from pft_exec.model.arm_geometry import ArmGeometry
 from pft_exec.model.inverse_kinematics import InverseKinematics, JointPath, follow_path, solve_inverse_kinematics
 from pft_exec.model.limits import JointFriction, JointLimits
+from pft_exec.model.link_capsules import LinkCapsule
+from pft_exec.model.obstacle import Box, Capsule, Cylinder, Obstacle, Solid, Sphere, task_obstacles
 from pft_exec.model.robot_model import RobotModel, load_robot
 
 __all__ = [
     "Arm",
     "ArmDynamics",
+    "ArmGeometry",
+    "Box",
+    "Capsule",
+    "Cylinder",
     "InverseKinematics",
     "JointFriction",
     "JointLimits",
     "JointPath",
+    "LinkCapsule",
+    "Obstacle",
     "RobotModel",
+    "Solid",
+    "Sphere",
     "follow_path",
     "load_robot",
     "solve_inverse_kinematics",
+    "task_obstacles",
 ]

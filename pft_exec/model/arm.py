@@ -6,6 +6,7 @@ Torques follow one convention everywhere: the plant is
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike
 from pft_exec.description import ArmDescription
 from pft_exec.exceptions import ConfigurationError, UnknownNameError
 from pft_exec.geometry import Array, Pose, read_only
+from pft_exec.model.arm_geometry import ArmGeometry
 from pft_exec.model.counterbalance import Counterbalance
 from pft_exec.model.limits import JointFriction, JointLimits
 
@@ -62,6 +64,8 @@ class Arm:
         The arm's n joints alone; all others are held at zero. Never changed.
     limits, friction : JointLimits, JointFriction
     springs : Counterbalance
+    shape : callable
+        Makes the arm's shape when it is first asked for.
 
     Notes
     -----
@@ -76,11 +80,13 @@ class Arm:
         limits: JointLimits,
         friction: JointFriction,
         springs: Counterbalance,
+        shape: Callable[[], ArmGeometry],
     ) -> None:
         self.description = description
         self.limits = limits
         self.friction = friction
         self._springs = springs
+        self._shape_maker = shape
         self._model = model
         self._data = model.createData()
         self._tool = model.getFrameId(description.tool_frame)
@@ -156,6 +162,27 @@ class Arm:
         jacobian = pinocchio.getFrameJacobian(self._model, self._data, self._tool, _AT_TOOL)
         return placement.translation.copy(), placement.rotation.copy(), jacobian
 
+    @property
+    def geometry(self) -> ArmGeometry:
+        """The arm's shape, for collision avoidance."""
+        return self._shape_maker()
+
+    def joint_frames(self, q: Array) -> tuple[Array, Array, Array]:
+        """Where the joints' frames are; `q` is not checked.
+
+        Returns
+        -------
+        rotation, translation : (n, 3, 3) and (n, 3), m
+            Of each joint's frame in the base frame.
+        jacobian : (6, n)
+            Column k: what one rad/s of joint k does to a point of anything it moves: the velocity of the point that is
+            at the origin of the base frame, then the angular velocity, in the base frame.
+        """
+        jacobian = pinocchio.computeJointJacobians(self._model, self._data, q).copy()
+        frames = [place.homogeneous for place in self._data.oMi]
+        stacked = np.array(frames[1:])
+        return stacked[:, :3, :3], stacked[:, :3, 3], jacobian
+
     def gravity(self, q: ArrayLike) -> Array:
         """Torque (n,), N m, that holds the arm still against gravity, were there no springs."""
         gravity: Array = pinocchio.computeGeneralizedGravity(self._model, self._data, self._checked(q))
@@ -230,4 +257,4 @@ class Arm:
         lever = frame.placement.act(center)
         load = pinocchio.Inertia(float(mass), lever, np.zeros((3, 3)))
         model.inertias[frame.parentJoint] = model.inertias[frame.parentJoint] + load
-        return Arm(self.description, model, self.limits, self.friction, self._springs)
+        return Arm(self.description, model, self.limits, self.friction, self._springs, self._shape_maker)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pinocchio
 
 from pft_exec.description import ArmDescription, RobotDescription, load_robot_description
 from pft_exec.description.urdf import read_urdf
 from pft_exec.exceptions import DescriptionError, UnknownArmError
 from pft_exec.model.arm import Arm
+from pft_exec.model.arm_geometry import arm_geometry
 from pft_exec.model.counterbalance import Counterbalance
 from pft_exec.model.limits import joint_friction, joint_limits
 
@@ -61,12 +64,15 @@ class RobotModel:
     def _built(self, description: ArmDescription) -> Arm:
         held = [self._model.getJointId(name) for name in self._model.names[1:] if name not in description.joints]
         model = pinocchio.buildReducedModel(self._model, held, pinocchio.neutral(self._model))
+        postures = tuple(np.array(posture) for posture in description.configurations.values())
+        urdf, whole = self.description.urdf, self._model
         return Arm(
             description,
             model,
             joint_limits(description, self._urdf),
             joint_friction(description),
             Counterbalance(model, description.counterbalance, description.joints),
+            cache(lambda: arm_geometry(urdf, whole, model, held, postures)),
         )
 
 
