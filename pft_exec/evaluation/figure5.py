@@ -75,9 +75,8 @@ class LearnedMotion:
         return dict(self.found[method]) == dict(self.meant)
 
     def size(self, method: str) -> float:
-        """Path length of the learned motion as a share of the median demonstration's; a collapsed one has little."""
-        lengths = [_length(item.position) for item in self.demonstrations]
-        return _length(self.tubes[method].position) / float(np.median(lengths))
+        """Extent of the learned motion as a share of what a person made in the same scene; a collapsed one has little."""
+        return _extent(self.tubes[method].position) / _extent(self.shown.position)
 
     def row(self) -> dict[str, Any]:
         """For a table."""
@@ -85,7 +84,7 @@ class LearnedMotion:
         for method in self.tubes:
             row |= {
                 f"{method}: variables right": self.is_right(method),
-                f"{method}: length, % of taught": 100.0 * self.size(method),
+                f"{method}: size, % of a person's": 100.0 * self.size(method),
                 f"{method}: learned in ms": self.learning[method],
             }
         return row | {"paper": PUBLISHED.get(self.label, "")}
@@ -188,8 +187,9 @@ def thinned(demonstration: Demonstration, samples: int) -> Demonstration:
     )
 
 
-def _length(path: Array) -> float:
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+def _extent(path: Array) -> float:
+    """Diagonal of the box around a path (N, 3), m."""
+    return float(np.linalg.norm(np.ptp(path, axis=0)))
 
 
 def write_figure5(motions: Sequence[LearnedMotion], folder: Path) -> Path:
