@@ -75,7 +75,7 @@ class LearnedMotion:
         return dict(self.found[method]) == dict(self.meant)
 
     def size(self, method: str) -> float:
-        """Extent of the learned motion as a share of what a person made in the same scene; a collapsed one has little."""
+        """Extent of the learned motion as a share of a person's in the same scene; a collapsed one has little."""
         return _extent(self.tubes[method].position) / _extent(self.shown.position)
 
     def row(self) -> dict[str, Any]:
