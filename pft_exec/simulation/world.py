@@ -181,8 +181,14 @@ class World:
 
     def tool(self, arm: str | None = None) -> Pose:
         """Pose of an arm's tool now, world frame; by the model, from the measured configuration."""
-        name = self.arm_name(arm)
-        pose = self.robot.arm(name).forward(self._body.arm_state(name)[0])
+        return self._tool(self.arm_name(arm), self.state(arm)[0])
+
+    def true_tool(self, arm: str | None = None) -> Pose:
+        """Pose of an arm's tool now, world frame, from where its joints are: to judge by, never to control."""
+        return self._tool(self.arm_name(arm), self.true_state(arm)[0])
+
+    def _tool(self, arm: str, q: Array) -> Pose:
+        pose = self.robot.arm(arm).forward(q)
         return pose if self._at_origin else self.base @ pose
 
     def tool_motion(self, arm: str | None = None) -> tuple[Array, Array, Array]:
@@ -285,6 +291,20 @@ class World:
         if not self._body.has_gripper(name):
             raise SimulationError(f"arm {name!r} of robot {self.robot.name!r} has no gripper.")
         self._body.set_width(name, width)
+
+    def has_gripper(self, arm: str | None = None) -> bool:
+        """Whether an arm has fingers."""
+        return self._body.has_gripper(self.arm_name(arm))
+
+    def is_gripper_closed(self, arm: str | None = None) -> bool:
+        """Whether an arm's gripper is told to be closed."""
+        return self._body.is_closing(self.arm_name(arm))
+
+    def grip(self, arm: str, closed: bool) -> None:
+        """Tell an arm's gripper to close, on what is between its pads, or to open."""
+        gripper = self.robot.description.arms[self.arm_name(arm)].gripper
+        if gripper is not None:
+            self.set_gripper(arm, gripper.closed_width if closed else gripper.open_width)
 
     def place(self, arm: str, configuration: ArrayLike) -> None:
         """Set up: put an arm, at rest and braked, into a configuration (n,), rad. No way to move while running.
