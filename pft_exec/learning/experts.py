@@ -32,6 +32,7 @@ PRIOR_DEGREES = 4.0  # of the normal-inverse-Wishart prior around the isotropic 
 BENDING_FROM = 5  # demonstrations from which the bent and the scaled path join the experts
 SIMILAR_UP_TO = 20  # demonstrations: leaving each out costs their square, and frames predict better by then
 TURNED = 0.02  # rad, below which an object counts as never turned
+TOGETHER = 0.03  # of the extent: frames whose distance varied less show the same; as precise as a relevant end is held
 PROFILE_WINDOW = 0.03  # of the motion, over which the prior variance is averaged
 
 FrameKey = tuple[str, str]  # name and kind of axes
@@ -54,8 +55,10 @@ class Experts:
     local_turn : (F', K, N, 4), (x, y, z, w), or None
     floor : float
         Smallest standard deviation, m.
-    groups : tuple of tuples
-        Frames whose Gaussians are multiplied.
+    by_direction : bool
+        Whether an end is decided by direction: then the product of Gaussians, which weighs directions apart, joins.
+    shaped : bool
+        Whether the bent and the scaled path join.
     """
 
     path: Array
@@ -66,12 +69,13 @@ class Experts:
     local: Array
     local_turn: Array | None
     floor: float
-    groups: tuple[tuple[int, ...], ...] = ()
+    by_direction: bool = False
+    shaped: bool = True
 
     @cached_property
-    def statistics(self) -> tuple[Array, Array]:
-        """`local_statistics` of all demonstrations, for new scenes."""
-        return local_statistics(self.local, self.floor, leave_out=False)
+    def covariance(self) -> Array:
+        """`local_covariance` of all demonstrations, for new scenes."""
+        return local_covariance(self.local, self.floor, leave_out=False)
 
     @cached_property
     def mean_turn(self) -> Array:
@@ -79,43 +83,45 @@ class Experts:
         return np.empty((0, 1, 0, 4)) if self.local_turn is None else local_mean_turns(self.local_turn, leave_out=False)
 
 
-def expert_keys(poses: Poses, has_turn: bool) -> tuple[tuple[FrameKey, ...], tuple[FrameKey, ...]]:
-    """Frames of the position experts and of the orientation experts; `poses` are those of the demonstrated scenes.
+def expert_keys(
+    names: Sequence[str], poses: Poses, has_turn: bool, extent: float
+) -> tuple[tuple[FrameKey, ...], tuple[FrameKey, ...]]:
+    """Frames of the position experts and of the orientation experts.
 
-    An object that never turned has one frame, not two that say the same.
-    """
-    names = [name for name in poses if name != START]
-    turned = [
-        name for name in names if float(geodesic_distance(poses[name][:1, 3:], poses[name][:, 3:]).max()) > TURNED
-    ]
-    keys = [(START, "world"), (ABSOLUTE, "world")]
-    keys += [(START, "object")] if has_turn else []
-    keys += [(name, axes) for name in names for axes in ("world", "object") if axes == "world" or name in turned]
-    turns = [(START, "object"), (START, "world"), (ABSOLUTE, "world")] + [(name, "object") for name in names]
-    return tuple(keys), tuple(turns) if has_turn else ()
-
-
-def product_groups(keys: Sequence[FrameKey], errors: Array) -> tuple[tuple[int, ...], ...]:
-    """Which Gaussians to multiply: all, and the start with the frames of the object that predicts best.
+    Frames that never moved against one another show the same, and would count twice: the first of them stands for all.
 
     Parameters
     ----------
-    keys : F frames, the start in the world's axes first
-    errors : (F, K, N, 3)
-        Leave-one-out errors.
+    names : objects that count
+    poses : poses (K, 7) of these and of the start in the demonstrated scenes
+    has_turn : bool
+    extent : float
+        Size of the motion, m.
     """
-    every = tuple(range(len(keys)))
-    objects = [i for i, (name, _) in enumerate(keys) if name not in (START, ABSOLUTE)]
-    if not objects:
-        return (every,)
-    best = min(objects, key=lambda i: float(np.sum(errors[i] ** 2)))
-    same = tuple(i for i in objects if keys[i][0] == keys[best][0])
-    pairs = tuple((0, i) for i in same)
-    return tuple(dict.fromkeys((every, *pairs, (0, *same))))
+    turned = [n for n in (START, *names) if float(geodesic_distance(poses[n][:1, 3:], poses[n][:, 3:]).max()) > TURNED]
+    keys = [(START, "world")] + ([(START, "object")] if has_turn and START in turned else [])
+    keys += [(name, axes) for name in names for axes in ("world", "object") if axes == "world" or name in turned]
+    keys.append((ABSOLUTE, "world"))
+    kept: list[FrameKey] = []
+    for key in keys:
+        if key[1] == "object" or not any(_moved_together(key, other, poses, extent) for other in kept):
+            kept.append(key)
+    turns = [(START, "object"), (START, "world"), (ABSOLUTE, "world")] + [(name, "object") for name in names]
+    return tuple(kept), tuple(turns) if has_turn else ()
 
 
-def local_statistics(local: Array, floor: float, leave_out: bool) -> tuple[Array, Array]:
-    """Mean (F, M, N, 3) and predictive covariance (F, M, N, 3, 3) of paths seen in F frames.
+def _moved_together(one: FrameKey, other: FrameKey, poses: Poses, extent: float) -> bool:
+    """Whether two frames in the world's axes were always at the same distance."""
+    if other[1] == "object":
+        return False
+    count = len(poses[START])
+    offset = frame_pose(one[0], poses, count)[:, :3] - frame_pose(other[0], poses, count)[:, :3]
+    spread = np.sqrt(np.sum((offset - offset.mean(axis=0)) ** 2) / max(count - 1, 1))
+    return bool(spread < TOGETHER * extent)
+
+
+def local_covariance(local: Array, floor: float, leave_out: bool) -> Array:
+    """Predictive covariance (F, M, N, 3, 3) of paths seen in F frames.
 
     Parameters
     ----------
@@ -132,18 +138,17 @@ def local_statistics(local: Array, floor: float, leave_out: bool) -> tuple[Array
     used = count
     if leave_out:
         used = count - 1
-        mean = mean - residual / used
         scatter = scatter - count / used * residual[..., :, None] * residual[..., None, :]
     degrees = max(used - 1, 1)
     variance = np.trace(scatter, axis1=-2, axis2=-1) / 3.0 / degrees
     profile = variance @ smoothing(local.shape[2], PROFILE_WINDOW * local.shape[2]).T
     prior = PRIOR_DEGREES * profile[..., None, None] * np.eye(3)
-    covariance = (scatter + prior) / (degrees + PRIOR_DEGREES) * (1.0 + 1.0 / used) + floor**2 * np.eye(3)
-    return mean, covariance
+    covariance: Array = (scatter + prior) / (degrees + PRIOR_DEGREES) * (1.0 + 1.0 / used) + floor**2 * np.eye(3)
+    return covariance
 
 
 @njit(cache=True)
-def _fuse(means, covariances, members):  # type: ignore[no-untyped-def]
+def _fuse(means, covariances):  # type: ignore[no-untyped-def]
     """Product of Gaussians: (M, N, 3) from means (F, M, N, 3), covariances (F, M, N, 3, 3)."""
     scenes, steps = means.shape[1], means.shape[2]
     fused = np.empty((scenes, steps, 3))
@@ -152,7 +157,7 @@ def _fuse(means, covariances, members):  # type: ignore[no-untyped-def]
         for n in range(steps):
             total[:] = 0.0
             weighted[:] = 0.0
-            for f in members:
+            for f in range(means.shape[0]):
                 _invert(covariances[f, m, n], inverse)
                 for i in range(3):
                     for j in range(3):
@@ -195,15 +200,14 @@ def framed_positions(mean: Array, keys: Sequence[FrameKey], poses: Poses) -> Arr
     return world + pose[..., :3]
 
 
-def products(
-    world: Array, covariance: Array, keys: Sequence[FrameKey], poses: Poses, groups: Sequence[Sequence[int]]
-) -> Array:
-    """Products of Gaussians (G, M, N, 3) of groups of frames; `covariance` (F, M, N, 3, 3) in their own axes."""
+def product(world: Array, covariance: Array, keys: Sequence[FrameKey], poses: Poses) -> Array:
+    """Product of Gaussians (M, N, 3) of all frames; `covariance` (F, M, N, 3, 3) in their own axes."""
     turned = np.array(np.broadcast_to(covariance, (*world.shape, 3)))
     for index in map(int, np.flatnonzero(_own_axes(keys))):
         turn = rotation_matrix(frame_pose(keys[index][0], poses, world.shape[1])[:, 3:])[:, None]
         turned[index] = turn @ turned[index] @ turn.swapaxes(-1, -2)
-    return np.stack([_fuse(world, turned, np.array(group, dtype=np.int64)) for group in groups])
+    fused: Array = _fuse(world, turned)
+    return fused
 
 
 def framed_turns(local: Array, keys: Sequence[FrameKey], poses: Poses) -> Array:
@@ -233,20 +237,26 @@ def slerp(begin: Array, end: Array, share: Array) -> Array:
 
 def predict_positions(experts: Experts, poses: Poses, begin: Array, leave_out: bool) -> Array:
     """Predictions (E, M, N, 3) of every expert in M scenes that begin at `begin` (M, 3)."""
-    if leave_out:
-        mean, covariance = local_statistics(experts.local, experts.floor, leave_out)
-    else:
-        mean, covariance = experts.statistics
-    count = len(begin)
-    world = framed_positions(np.broadcast_to(mean, (len(mean), count, *mean.shape[2:])), experts.keys, poses)
-    found = [world, products(world, covariance, experts.keys, poses, experts.groups)]
-    end = target_positions(experts.end, poses, count, leave_out)
+    world = predict_in_frames(experts, poses, len(begin), leave_out)
+    found = [world]
+    if experts.by_direction:
+        covariance = local_covariance(experts.local, experts.floor, True) if leave_out else experts.covariance
+        found.append(product(world, covariance, experts.keys, poses)[None])
+    end = target_positions(experts.end, poses, len(begin), leave_out) if experts.shaped else None
     paths = experts.path
     if end is not None and len(paths) >= BENDING_FROM:
         found.append(bent_paths(paths, begin, end, leave_out)[None])
         if len(paths) <= SIMILAR_UP_TO and not is_closed(paths):
             found.append(similar_paths(paths, begin, end, leave_out)[None])
     return np.concatenate(found)
+
+
+def predict_in_frames(experts: Experts, poses: Poses, count: int, leave_out: bool) -> Array:
+    """Predictions (F, M, N, 3) of the frames in `count` M scenes."""
+    mean = experts.local.mean(axis=1, keepdims=True)
+    if leave_out:
+        mean = mean - (experts.local - mean) / (experts.local.shape[1] - 1)
+    return framed_positions(np.broadcast_to(mean, (len(mean), count, *mean.shape[2:])), experts.keys, poses)
 
 
 def predict_turns(experts: Experts, poses: Poses, begin: Array, leave_out: bool) -> Array:

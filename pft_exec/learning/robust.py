@@ -32,18 +32,16 @@ from pft_exec.learning.endpoint import (
 from pft_exec.learning.experts import (
     Experts,
     expert_keys,
-    framed_positions,
-    local_statistics,
+    predict_in_frames,
     predict_positions,
     predict_turns,
-    product_groups,
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.learning.frames import object_names, object_poses
 from pft_exec.learning.landmarks import find_landmarks, passed_landmarks, phases_at, phases_through
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
-from pft_exec.learning.stacking import blend_positions, blend_turns, stack_weights
+from pft_exec.learning.stacking import blend_positions, blend_turns, cross_fitted_errors, stack_weights
 from pft_exec.learning.variables import START, MotionVariables
 
 FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
@@ -100,10 +98,10 @@ def _corrected_turns(path: Array, begin: Array, end: Array | None, share: Array)
     return multiply(path, quaternion_from_rotation_vector((share**2)[:, None] * last[:, None]))
 
 
-def _make_experts(aligned: AlignedSet, variables: MotionVariables, poses: Poses, floor: float) -> Experts:
-    """The experts of a motion, before it is known which Gaussians to multiply; `poses` are the demonstrated ones."""
-    count = len(aligned.position)
-    keys, turn_keys = expert_keys({n: poses[n] for n in variables.objects}, aligned.quaternion is not None)
+def _make_experts(aligned: AlignedSet, variables: MotionVariables, poses: Poses, extent: float) -> Experts:
+    """The experts of a motion, before it is known which of them help; `poses` are the demonstrated ones."""
+    count, floor = len(aligned.position), FLOOR * extent
+    keys, turn_keys = expert_keys(variables.objects, poses, aligned.quaternion is not None, extent)
     local_turn = None
     if aligned.quaternion is not None:
         turns = [local_turns(aligned.quaternion, frame_pose(n, poses, count), axes) for n, axes in turn_keys]
@@ -117,6 +115,7 @@ def _make_experts(aligned: AlignedSet, variables: MotionVariables, poses: Poses,
         np.stack([local_positions(aligned.position, frame_pose(n, poses, count), axes) for n, axes in keys]),
         local_turn,
         floor,
+        bool(variables.start.position.directions or variables.end.position.directions),
     )
 
 
@@ -143,10 +142,14 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """How much each expert is believed at each step: position (N, E), turn (N, E') or None."""
+    """How much each expert is believed at each step: position (N, E), turn (N, E') or None.
+
+    `target` in [0, 1] is how much the place that the motion variables ask for at the end is believed beside the blend.
+    """
 
     position: Array
     turn: Array | None
+    target: float = 1.0
 
 
 def _predict(experts: Experts, poses: Poses, leave_out: bool) -> Prediction:
@@ -167,8 +170,11 @@ def _find_weights(prediction: Prediction, aligned: AlignedSet, floor: float) -> 
 def _blend(experts: Experts, poses: Poses, prediction: Prediction, weights: Weights, leave_out: bool) -> Prediction:
     """The experts' predictions blended, and made to begin and end where they have to."""
     begin, count, share = poses[START], len(poses[START]), experts.share
+    path = blend_positions(weights.position, prediction.position)
     end = target_positions(experts.end, poses, count, leave_out)
-    path = _corrected(blend_positions(weights.position, prediction.position), begin[:, :3], end, share)
+    if end is not None:
+        end = path[:, -1] + weights.target * (end - path[:, -1])
+    path = _corrected(path, begin[:, :3], end, share)
     if prediction.turn is None or weights.turn is None:
         return Prediction(path, None)
     end_turn = target_turns(experts.end, poses, count, leave_out)
@@ -184,14 +190,72 @@ def _residual(aligned: AlignedSet, blend: Prediction) -> Array:
     return np.concatenate([left, relative_rotation_vector(blend.turn, aligned.quaternion)], axis=-1)
 
 
-def _leave_one_out(experts: Experts, poses: Poses, even: AlignedSet) -> tuple[Experts, Weights, Prediction]:
-    """The experts with their products, their weights, and the blend for each demonstrated scene from the others."""
-    mean, _ = local_statistics(experts.local, experts.floor, leave_out=True)
-    errors = framed_positions(mean, experts.keys, poses) - even.position
-    experts = replace(experts, groups=product_groups(experts.keys, errors))
+def _own_axes_where_they_help(experts: Experts, errors: Array) -> Experts:
+    """The experts with one kind of axes for each frame that has two: the one with which all of them predict best."""
+    kept = list(range(len(experts.keys)))
+    for name in dict.fromkeys(name for name, _ in experts.keys):
+        pair = [i for i in kept if experts.keys[i][0] == name]
+        if len(pair) == 2:
+            sets = [[i for i in kept if i == one or i not in pair] for one in pair]
+            kept = min(sets, key=lambda chosen: _cross_error(errors[chosen], experts.floor))
+    return replace(experts, keys=tuple(experts.keys[i] for i in kept), local=experts.local[kept])
+
+
+def _cross_error(errors: Array, floor: float) -> float:
+    return float(np.mean(cross_fitted_errors(errors, floor) ** 2))
+
+
+def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
+    """The experts, the bent and the scaled path among them only if all predict better with these."""
+    frames = len(experts.keys) + experts.by_direction
+    if len(errors) == frames:
+        return experts
+    with_shapes, without = _cross_error(errors, experts.floor), _cross_error(errors[:frames], experts.floor)
+    return replace(experts, shaped=with_shapes < without)
+
+
+def _believed_target(experts: Experts, poses: Poses, path: Array, overruled: bool) -> float:
+    """How much the end that the motion variables ask for is believed beside the blend; wholly where the user named it."""
+    end = target_positions(experts.end, poses, len(path), leave_out=True)
+    if overruled or end is None:
+        return 1.0
+    errors = np.stack([end, path[:, -1]]) - experts.path[:, -1]
+    return float(stack_weights(errors[:, :, None], experts.floor)[0, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """What the experts say of each demonstration from the others.
+
+    Parameters
+    ----------
+    experts : those that help
+    weights : Weights
+    blend : Prediction
+    own : (K, N, 3), m
+        How far the blend is off where a demonstration's own errors take no part in the weights, less how far it is.
+    """
+
+    experts: Experts
+    weights: Weights
+    blend: Prediction
+    own: Array
+
+
+def _leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, overruled: bool) -> LeftOut:
+    """The experts that help, their weights, and the blend for each demonstrated scene from the others."""
+    in_frames = predict_in_frames(experts, poses, len(even.position), leave_out=True)
+    experts = _own_axes_where_they_help(experts, in_frames - even.position)
     prediction = _predict(experts, poses, leave_out=True)
+    experts = _shaped_where_it_helps(experts, prediction.position - even.position)
+    if not experts.shaped:
+        kept = len(experts.keys) + experts.by_direction
+        prediction = replace(prediction, position=prediction.position[:kept])
     weights = _find_weights(prediction, even, experts.floor)
-    return experts, weights, _blend(experts, poses, prediction, weights, leave_out=True)
+    blended = blend_positions(weights.position, prediction.position)
+    weights = replace(weights, target=_believed_target(experts, poses, blended, overruled))
+    own = cross_fitted_errors(prediction.position - even.position, experts.floor) - (blended - even.position)
+    return LeftOut(experts, weights, _blend(experts, poses, prediction, weights, leave_out=True), own)
 
 
 def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVariables) -> RobustMotion:
@@ -200,23 +264,25 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     landmarks = find_landmarks(moving, shared_names([d.discrete for d in moving]))
     phases = phases_through(landmarks, STEPS)
     even = sample_at(moving, phases)
-    extent = float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1)))
+    extent = max(float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1))), 1e-9)
     first = _tool(even, 0)
     poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
-    start = make_endpoint(variables.start, first, poses, FLOOR * max(extent, 1e-9))
-    experts = _make_experts(even, variables, poses | {START: first}, start.floor)
+    start = make_endpoint(variables.start, first, poses, FLOOR * extent)
+    experts = _make_experts(even, variables, poses | {START: first}, extent)
     poses[START] = _predicted_begin(start, poses, first, leave_out=True)
-    experts, weights, blend = _leave_one_out(experts, poses, even)
+    left_out = _leave_one_out(experts, poses, even, variables.end.position.overruled)
+    blend = left_out.blend
     warped = warped_phases(blend.position, blend.turn, even, passed_landmarks(landmarks, STEPS))
     aligned = sample_at(moving, phases_at(warped, phases))
-    timed = sample_at(moving, _mean_clock(aligned))
+    timed = _residual(sample_at(moving, _mean_clock(aligned)), blend)
+    timed[..., :3] -= left_out.own
     return RobustMotion(
         aligned=aligned,
         start=start,
-        experts=experts,
-        weights=weights,
+        experts=left_out.experts,
+        weights=left_out.weights,
         residual=_shown_here(_residual(aligned, blend)),
-        covariance=residual_covariance(_residual(timed, blend), start.floor, TURN_FLOOR),
+        covariance=residual_covariance(timed, start.floor, TURN_FLOOR),
         signals=signal_tubes(aligned),
     )
 

@@ -1,10 +1,12 @@
 r"""Stacking: how much each frame is to be believed at each phase of a motion, by leave-one-out prediction.
 
 Relevance says which frames hold the two ends; stacking extends that to the whole path, by prediction instead of spread.
-Each demonstration is predicted from the others by several experts (seen from the start, from each object, in the world,
-their products of Gaussians, the bent and the scaled path). With the experts' mean error products :math:`C(n)` at step
+Each demonstration is predicted from the others by several experts (seen from the start, from each object, in the world;
+the bent and the scaled path). With the experts' mean error products :math:`C(n)` at step
 n, the blend of least error has weights :math:`C^{-1} 1 / (1' C^{-1} 1)`; off-diagonals are halved, because five
-demonstrations do not estimate them, and negative weights clipped. What the blend leaves is the covariance of the tube.
+demonstrations do not estimate them, and negative weights clipped. What the blend leaves is the covariance of the tube:
+of each demonstration with weights that its own errors took no part in, or the residual would be too small. By the same
+residual, sets of experts are compared: every expert more costs precision of the weights.
 """
 
 from __future__ import annotations
@@ -18,6 +20,29 @@ WINDOW = 0.05  # of the motion over which errors are averaged
 OFF_DIAGONAL = 0.5  # share of the error products between experts that is believed
 
 
+def _error_products(errors: Array) -> Array:
+    """Products (K, N, E, E) of the errors (E, K, N, 3) of experts, averaged over neighbouring steps."""
+    count, steps, experts = errors.shape[1], errors.shape[2], len(errors)
+    rows = errors.transpose(1, 2, 0, 3)
+    products = (rows @ rows.swapaxes(-1, -2)).reshape(count, steps, -1)
+    smoothed: Array = (_smooth(steps) @ products).reshape(count, steps, experts, experts)
+    return smoothed
+
+
+def _smooth(steps: int) -> Array:
+    return smoothing(steps, 0.5 * WINDOW * steps)
+
+
+def _weights(products: Array, floor: float) -> Array:
+    """Weights (..., N, E) from mean error products (..., N, E, E)."""
+    identity = np.eye(products.shape[-1])
+    believed = products * (OFF_DIAGONAL + (1.0 - OFF_DIAGONAL) * identity) + floor**2 * identity
+    raw = np.linalg.solve(believed, np.ones((*products.shape[:-1], 1)))[..., 0]
+    positive = np.clip(raw, 0.0, None)
+    weights: Array = _smooth(products.shape[-3]) @ (positive / positive.sum(axis=-1, keepdims=True))
+    return weights
+
+
 def stack_weights(errors: Array, floor: float) -> Array:
     """Weights (N, E) of E experts at N steps.
 
@@ -28,17 +53,15 @@ def stack_weights(errors: Array, floor: float) -> Array:
     floor : float
         Error below which experts count as equal, in the same unit.
     """
-    experts, count, steps = errors.shape[:3]
-    flat = errors.transpose(2, 0, 1, 3).reshape(steps, experts, -1)
-    products = (flat @ flat.swapaxes(1, 2) / count).reshape(steps, -1)
-    smooth = smoothing(steps, 0.5 * WINDOW * steps)
-    products = (smooth @ products).reshape(steps, experts, experts)
-    identity = np.eye(experts)
-    products = products * (OFF_DIAGONAL + (1.0 - OFF_DIAGONAL) * identity) + floor**2 * identity
-    raw = np.linalg.solve(products, np.ones((steps, experts, 1)))[..., 0]
-    positive = np.clip(raw, 0.0, None)
-    weights: Array = smooth @ (positive / positive.sum(axis=1, keepdims=True))
-    return weights
+    return _weights(_error_products(errors).mean(axis=0), floor)
+
+
+def cross_fitted_errors(errors: Array, floor: float) -> Array:
+    """Errors (K, N, 3) of the blend for each demonstration, its weights found without it; parameters as above."""
+    products = _error_products(errors)
+    others = (products.sum(axis=0) - products) / max(len(products) - 1, 1)
+    blended: Array = np.einsum("kne,ekni->kni", _weights(others, floor), errors)
+    return blended
 
 
 def blend_positions(weights: Array, predictions: Array) -> Array:
