@@ -19,6 +19,7 @@ from pft_exec.description.placement import (
     draw_start,
     nominal_setting,
     path_is_free,
+    setting_from,
 )
 from pft_exec.description.randomness import random_stream
 from pft_exec.description.robot import Provenance, RobotDescription, load_robot_description
@@ -71,5 +72,6 @@ __all__ = [
     "random_stream",
     "read_strictly",
     "resolve_waypoints",
+    "setting_from",
     "workspace_excess",
 ]

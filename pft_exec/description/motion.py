@@ -194,5 +194,10 @@ class MotionDescription:
 
     @property
     def exempt(self) -> frozenset[str]:
-        """Objects that the hand may touch."""
-        return frozenset(self.touches) | ({self.holds.object} if self.holds is not None else frozenset())
+        """Objects that the hand may touch: what it holds, and what it takes on the last piece of its way."""
+        return frozenset(self.touches) | self.held
+
+    @property
+    def held(self) -> frozenset[str]:
+        """Objects that are in the gripper when the motion begins."""
+        return frozenset() if self.holds is None else frozenset({self.holds.object})

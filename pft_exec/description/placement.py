@@ -6,7 +6,7 @@ clearances; `accept` lets a caller who knows the robot refuse what the arm does 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -74,10 +74,14 @@ def nominal_setting(task: TaskDescription, label: str, objects: Mapping[str, Pos
     Of a motion that follows others it is the setting of the first of them.
     """
     first = task.chain(label)[0]
-    upright = _mirrored(task, dict(objects))
-    start = _start_at(task.start_of(first), np.full(6, 0.5), upright)
-    held = _mirrored(task, _held_by(task, first, start))
-    return Setting(dict(objects) | held, start if task.mirror is None else start.mirrored(task.mirror))
+    start = _start_at(task.start_of(first), np.full(6, 0.5), _mirrored(task, dict(objects)))
+    return setting_from(task, label, objects, start if task.mirror is None else start.mirrored(task.mirror))
+
+
+def setting_from(task: TaskDescription, label: str, objects: Mapping[str, Pose], start: Pose) -> Setting:
+    """Objects, world frame, and the tool's pose before a motion; what it holds is where that gripper is."""
+    upright = start if task.mirror is None else start.mirrored(task.mirror)
+    return Setting(dict(objects) | _mirrored(task, _held_by(task, task.chain(label)[0], upright)), start)
 
 
 def draw_setting(
@@ -151,17 +155,27 @@ def path_is_free(task: TaskDescription, label: str, setting: Setting) -> bool:
 
     What the motion holds or touches may be near; a motion that follows others is looked at with them.
     """
-    start = setting.start
+    start, held = setting.start, frozenset[str]()
     for part in task.chain(label):
+        held |= task.motion(part).held
         waypoints = resolve_waypoints(task, part, setting.objects, start)
         positions, quaternions = _straight_path(waypoints)
         if workspace_excess(task, positions) > 0.0:
             return False
-        objects = {name: pose for name, pose in setting.objects.items() if name not in task.motion(part).exempt}
-        if hand_clearance(task, objects, positions, quaternions) < task.clearance.hand.gap:
+        touched, near = held | task.motion(part).exempt, _samples_before_contact(waypoints)
+        parts = [(set(setting.objects) - touched, len(positions)), (touched - held, near)]
+        if any(_is_near(task, setting, names, positions[:end], quaternions[:end]) for names, end in parts):
             return False
         start = waypoints.end
     return True
+
+
+def _is_near(task: TaskDescription, setting: Setting, names: Iterable[str], positions: Array, turned: Array) -> bool:
+    """Whether the hand, on a path, comes too near to some objects."""
+    if not len(positions):
+        return False
+    objects = {name: setting.objects[name] for name in names}
+    return hand_clearance(task, objects, positions, turned) < task.clearance.hand.gap
 
 
 def _straight_path(waypoints: Waypoints) -> tuple[Array, Array]:
@@ -174,6 +188,12 @@ def _straight_path(waypoints: Waypoints) -> tuple[Array, Array]:
         positions.append(places[-1] + waypoints.curve[::_CURVE_STRIDE])
         turned.append(np.broadcast_to(turns[-1], (len(positions[-1]), 4)))
     return np.concatenate(positions), np.concatenate(turned)
+
+
+def _samples_before_contact(waypoints: Waypoints) -> int:
+    """Samples of the straight path up to the waypoint before the one at which the gripper first moves; 0 for none."""
+    first = waypoints.grips[0][0] if waypoints.grips else 0
+    return 1 + (first - 1) * _PATH_SAMPLES if first else 0
 
 
 def _between(first: Array, last: Array, ratio: Array) -> Array:

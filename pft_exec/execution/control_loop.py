@@ -13,10 +13,12 @@ import numpy as np
 
 from pft_exec.control import Command
 from pft_exec.execution.faults import Fault
+from pft_exec.execution.handling import Handling
 from pft_exec.execution.injection import FaultInjector
 from pft_exec.execution.log import LogRecorder, Stage
 from pft_exec.execution.plausibility import StateGuard
 from pft_exec.geometry import Array, Pose
+from pft_exec.model import Arm
 from pft_exec.simulation import Push, World
 
 Pull = Callable[[float], Array]
@@ -53,7 +55,7 @@ class ControlLoop:
     ) -> None:
         self.world = world
         self.name = world.arm_name(arm)
-        self.arm = world.arm(self.name)
+        self.handling = Handling(world, self.name)
         self.log = LogRecorder()
         self._pushes = tuple(pushes)
         self._observer = observer
@@ -64,6 +66,11 @@ class ControlLoop:
         self.guard = StateGuard(self.arm.limits, world.control_period)
         self._sensed: tuple[float, Array, Array] | None = None
         self.injector.advance(0.0)
+
+    @property
+    def arm(self) -> Arm:
+        """The model of the arm, with what it holds now."""
+        return self.handling.arm
 
     @property
     def time(self) -> float:
@@ -115,6 +122,8 @@ class ControlLoop:
             if force.any() or torque.any():
                 self.world.push(self.name, force, torque)
             self.world.step()
+        if self.is_sample_due():
+            self.handling.update()
         if self._observer is not None:
             self._observer(self.world)
         self.injector.advance(self.time)

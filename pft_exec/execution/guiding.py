@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pft_exec.control import GravityCompensation
-from pft_exec.demonstration import Scene
 from pft_exec.description import Setting
-from pft_exec.execution.control_loop import ControlLoop
+from pft_exec.execution.control_loop import ControlLoop, Observer
+from pft_exec.execution.grasping import set_up_motion
 from pft_exec.execution.hand_path import Hand, HandPath
 from pft_exec.execution.log import Stage
 from pft_exec.geometry import Array
@@ -61,9 +61,29 @@ def lead(loop: ControlLoop, hand: Hand, sample: Callable[[], None] | None = None
     for _ in range(round(hand.duration / loop.world.control_period) + 1):
         if sample is not None and loop.is_sample_due():
             sample()
+        if loop.arm is not floating.arm:
+            floating.carry(loop.arm)
         started = perf_counter()
         command = floating.update(loop.time, *loop.sense())
         loop.apply(command, Stage.GUIDED, perf_counter() - started, hand.pull)
+
+
+def lead_there(world: World, setting: Setting, plans: Sequence[HandPath], observer: Observer | None = None) -> None:
+    """Set a world up for the last of several motions: let the hand lead the arm through those before it.
+
+    Parameters
+    ----------
+    world : World
+    setting : Setting
+        Of the first of them.
+    plans : sequence of HandPath
+        As `plan_hand_paths` makes them.
+    observer : callable or None
+        Called with the world after every control period.
+    """
+    set_up_motion(world, plans[-1].label, plans[-1].arm, setting, plans[0].configuration)
+    for plan in plans[:-1]:
+        lead(ControlLoop(world, plan.arm, observer=observer), Hand(world, plan))
 
 
 def guiding_figures(loop: ControlLoop, plan: HandPath, swivel_drift: float) -> GuidingFigures:
@@ -97,7 +117,7 @@ def measure_swivel_drift(world: World, setting: Setting, plan: HandPath) -> floa
     float
         Rotation of the arm between shoulder and wrist: see `swivel_between`.
     """
-    world.reset(Scene(setting.objects), {plan.arm: plan.configuration})
+    set_up_motion(world, plan.label, plan.arm, setting, plan.configuration)
     loop = ControlLoop(world, plan.arm)
     before = loop.sense()[0]
     lead(loop, Hand(world, plan, HandGuide(_OutAndBack(plan), step=world.physics_step)))

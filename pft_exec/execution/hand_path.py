@@ -138,6 +138,27 @@ def plan_hand_path(
     return HandPath(label, name, path, rest_before, rest_after, waypoints.end, joints, grips)
 
 
+def plan_hand_paths(
+    world: World,
+    label: str,
+    arm: str | None,
+    setting: Setting,
+    rng: np.random.Generator,
+    style: HumanStyle | None = None,
+) -> list[HandPath]:
+    """Plan a motion and, before it, those that it follows, each from where the last one ends; as `plan_hand_path`.
+
+    The setting is that of the first of them.
+    """
+    plans: list[HandPath] = []
+    start, seed = setting.start, None
+    for part in world.task.chain(label):
+        plan = plan_hand_path(world, part, arm, Setting(setting.objects, start), rng, style, seed)
+        plans.append(plan)
+        start, seed = Pose(*plan.at(plan.duration)), plan.joints.samples[-1]
+    return plans
+
+
 class Hand:
     """A synthetic person's hand that leads an arm's tool along a planned path.
 
@@ -154,6 +175,7 @@ class Hand:
         self.guide = guide or HandGuide(plan, step=world.physics_step)
         self._world = world
         self._felt = -1.0, np.zeros(6)
+        self._grips = list(plan.grips)
 
     @property
     def duration(self) -> float:
@@ -170,7 +192,12 @@ class Hand:
         return float(np.clip((time - self.plan.rest_before) / self.plan.path.duration, 0.0, 1.0))
 
     def pull(self, time: float) -> Array:
-        """Force, N, and torque, N m, (6,), on the tool now, world frame; time in s since the path began."""
+        """Force, N, and torque, N m, (6,), on the tool now, world frame; time in s since the path began.
+
+        As long as the hand holds the tool it also tells the gripper to close and open.
+        """
+        while self._grips and time >= self._grips[0][0]:
+            self._world.grip(self.plan.arm, self._grips.pop(0)[1] == "close")
         if time != self._felt[0]:  # the loop asks twice a period: to log, and to act
             force, torque = self.guide.wrench(time, *self._world.tool_motion(self.plan.arm))
             self._felt = time, np.concatenate([force, torque])

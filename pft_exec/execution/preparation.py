@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 from pft_exec.demonstration import Scene
-from pft_exec.description import Setting, draw_setting, random_stream
+from pft_exec.description import Setting, draw_setting, random_stream, setting_from
 from pft_exec.exceptions import UnreachableError
-from pft_exec.execution.hand_path import plan_hand_path, resting_posture
+from pft_exec.execution.grasping import set_up_motion
+from pft_exec.execution.guiding import lead_there
+from pft_exec.execution.hand_path import HandPath, plan_hand_paths, resting_posture
 from pft_exec.geometry import Pose
 from pft_exec.model import solve_inverse_kinematics
 from pft_exec.simulation import World, task_for
@@ -21,6 +25,9 @@ def prepare(
     start: Pose | None = None,
 ) -> Setting:
     """Set up: objects and the arm as they may stand before a motion, in a scene that no demonstration had.
+
+    What the motion holds is in the gripper then, and the motions that it follows have been made, by a synthetic person
+    who leads the arm; time goes on from there.
 
     Parameters
     ----------
@@ -48,16 +55,13 @@ def prepare(
     task.motion(label)
     seed = world.seed if seed is None else seed
 
-    def feasible(setting: Setting) -> bool:
-        try:
-            plan_hand_path(world, label, name, setting, random_stream(seed, "assist", label, name))
-        except UnreachableError:
-            return False
-        return True
+    def planned(setting: Setting) -> list[HandPath]:
+        return plan_hand_paths(world, label, name, setting, random_stream(seed, "assist", label, name))
 
-    rng = random_stream(seed, "evaluate", "setting", label, name)
-    drawn = draw_setting(task, label, rng, feasible)
-    setting = Setting(drawn.objects if scene is None else dict(scene.objects), drawn.start if start is None else start)
+    setting = _setting(world, label, name, seed, planned, None if scene is None else scene.objects, start)
+    if len(task.chain(label)) > 1:
+        lead_there(world, setting, planned(setting))
+        return Setting(dict(world.scene.objects), world.tool(name))
     model = world.arm(name)
     found = solve_inverse_kinematics(model, world.base.inverse() @ setting.start, resting_posture(model))
     if not found.found:
@@ -65,5 +69,32 @@ def prepare(
             f"the {name} arm does not reach the start of {label!r}: the tool stays "
             f"{1e3 * found.position_error:.0f} mm and {found.rotation_error:.2f} rad away from it."
         )
-    world.reset(Scene(setting.objects), {name: found.configuration})
+    set_up_motion(world, label, name, setting, found.configuration)
     return setting
+
+
+def _setting(
+    world: World,
+    label: str,
+    arm: str,
+    seed: int,
+    planned: Callable[[Setting], list[HandPath]],
+    objects: Mapping[str, Pose] | None,
+    start: Pose | None,
+) -> Setting:
+    """Objects and start, drawn where they are not given, such that a person can lead the arm through the motion."""
+    task = world.task_for(arm)
+    rng = random_stream(seed, "evaluate", "setting", label, arm)
+
+    def feasible(setting: Setting) -> bool:
+        try:
+            planned(setting)
+        except UnreachableError:
+            return False
+        return True
+
+    if start is None:
+        return draw_setting(task, label, rng, feasible, objects=objects)
+    if objects is None:
+        objects = draw_setting(task, label, rng, feasible).objects
+    return setting_from(task, label, objects, start)

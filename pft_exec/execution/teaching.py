@@ -16,8 +16,9 @@ from pft_exec.demonstration.synthetic import HumanStyle
 from pft_exec.description import Setting, draw_settings, random_stream
 from pft_exec.exceptions import LearningError, UnreachableError
 from pft_exec.execution.control_loop import SAMPLE_PERIOD, ControlLoop, Observer
-from pft_exec.execution.guiding import GuidingFigures, guiding_figures, lead, measure_swivel_drift
-from pft_exec.execution.hand_path import Hand, HandPath, plan_hand_path
+from pft_exec.execution.grasping import GRIPPER_CLOSED, handles_objects
+from pft_exec.execution.guiding import GuidingFigures, guiding_figures, lead, lead_there, measure_swivel_drift
+from pft_exec.execution.hand_path import Hand, HandPath, plan_hand_paths
 from pft_exec.simulation import World, check_reach
 
 __all__ = ["GuidingFigures", "teach"]
@@ -64,7 +65,9 @@ def teach(
     Returns
     -------
     list of Demonstration
-        At 100 Hz, with objects, joints and the width of the gripper as continuous variable "gripper", m.
+        At 100 Hz, with objects, joints and the width of the gripper as continuous variable "gripper", m; in a task
+        that grasps, with "gripper_closed" as discrete variable. A motion that follows another is taught from where the
+        hand has led the arm through that one.
 
     Raises
     ------
@@ -80,20 +83,20 @@ def teach(
         raise LearningError(f"at least one demonstration is taught; got count={count}.")
     name = world.arm_name(arm)
     lessons = _plan(world, label, name, count, world.seed if seed is None else seed, scene, style)
-    drift = 0.0 if report is None else measure_swivel_drift(world, *lessons[0])
+    drift = 0.0 if report is None else measure_swivel_drift(world, lessons[0][0], lessons[0][1][0])
     demonstrations = []
-    for setting, plan in lessons:
-        loop, demonstration = _demonstrate(world, setting, plan, observer)
+    for setting, plans in lessons:
+        loop, demonstration = _demonstrate(world, setting, plans, observer)
         demonstrations.append(demonstration)
         if report is not None:
-            report(guiding_figures(loop, plan, drift))
+            report(guiding_figures(loop, plans[-1], drift))
     return demonstrations
 
 
 def _plan(
     world: World, label: str, arm: str, count: int, seed: int, scene: Scene | None, style: HumanStyle | None
-) -> list[tuple[Setting, HandPath]]:
-    """Settings, and the hand's paths in them, which the arm is known to follow."""
+) -> list[tuple[Setting, list[HandPath]]]:
+    """Settings, and the hand's paths in them, which the arm is known to follow; the last one is taught."""
     task = world.task_for(arm)
     task.motion(label)
     if scene is not None:
@@ -115,13 +118,13 @@ class _Planner:
         self._about = (world, label, arm)
         self._rng, self._style = rng, style
         self._offered: list[Setting] = []  # kept, so that no two share an identity
-        self.plans: dict[int, HandPath] = {}
+        self.plans: dict[int, list[HandPath]] = {}
         self.refusal = ""
 
     def accepts(self, setting: Setting) -> bool:
         self._offered.append(setting)
         try:
-            self.plans[id(setting)] = plan_hand_path(*self._about, setting, self._rng, self._style)
+            self.plans[id(setting)] = plan_hand_paths(*self._about, setting, self._rng, self._style)
         except UnreachableError as error:
             self.refusal = f"The last one drawn: {error}"
             return False
@@ -129,10 +132,11 @@ class _Planner:
 
 
 def _demonstrate(
-    world: World, setting: Setting, plan: HandPath, observer: Observer | None
+    world: World, setting: Setting, plans: list[HandPath], observer: Observer | None
 ) -> tuple[ControlLoop, Demonstration]:
-    """One demonstration: set up, let the arm float, let the hand lead, record."""
-    world.reset(Scene(setting.objects), {plan.arm: plan.configuration})
+    """One demonstration: set up, make what comes before, let the arm float, let the hand lead, record."""
+    lead_there(world, setting, plans, observer)
+    plan = plans[-1]
     loop = ControlLoop(world, plan.arm, observer=observer)
     recorder = Recorder(plan.label, SAMPLE_PERIOD)
     lead(loop, Hand(world, plan), lambda: _record(recorder, loop))
@@ -143,11 +147,13 @@ def _record(recorder: Recorder, loop: ControlLoop) -> None:
     """One sample: what the arm does and what the camera would see."""
     world, name = loop.world, loop.name
     tool = world.tool(name)
+    works_gripper = handles_objects(world.task) and world.has_gripper(name)
     recorder.add(
         loop.time,
         tool.position,
         tool.quaternion,
         continuous={"gripper": world.gripper(name)},
+        discrete={GRIPPER_CLOSED: int(world.is_gripper_closed(name))} if works_gripper else {},
         objects={key: pose.array for key, pose in world.scene.objects.items()},
         configuration=loop.sense()[0],
     )
