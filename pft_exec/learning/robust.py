@@ -215,7 +215,7 @@ def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
 
 
 def _believed_target(experts: Experts, poses: Poses, path: Array, overruled: bool) -> float:
-    """How much the end that the motion variables ask for is believed beside the blend; wholly where the user named it."""
+    """How much the end that the variables ask for is believed beside the blend; wholly where the user named it."""
     end = target_positions(experts.end, poses, len(path), leave_out=True)
     if overruled or end is None:
         return 1.0
