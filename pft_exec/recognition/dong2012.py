@@ -55,8 +55,8 @@ class IncrementalAlignment:
     def __init__(self, tubes: Sequence[FlowTube], settings: Dong2012Settings | None = None) -> None:
         self._settings = settings or Dong2012Settings()
         self._adopt(tubes)
-        turn = None if tubes[0].quaternion is None else tubes[0].quaternion[0]
-        self.update(Sample(0.0, tubes[0].position[0], turn, None, None))  # compiles before the first sample comes
+        turn = None if tubes[0].quaternion is None else tubes[0].quaternion[0].copy()
+        self.update(Sample(0.0, tubes[0].position[0].copy(), turn, None, None))  # compiles before the first sample
         self._adopt(tubes)
 
     def _adopt(self, tubes: Sequence[FlowTube]) -> None:
@@ -75,7 +75,7 @@ class IncrementalAlignment:
         self._log_share = np.log(count / count.sum())
         steps = int(length.sum())
         self._cost, self._total, self._steps = np.zeros(steps), np.zeros(steps), np.zeros(steps)
-        self._local, self._here = np.zeros(steps), np.zeros(steps)
+        self._local = np.zeros((2, steps))
         self._match, self._likelihood = np.zeros(len(tubes), np.int64), np.zeros(len(tubes))
         self._first = True
 
@@ -93,7 +93,7 @@ class IncrementalAlignment:
         align_sample(
             self._offset, self._length, self._mean, self._turn, self._precision, self._normalizer, self._time,
             self._deviation, sample.time, self._first, sample.position, quaternion, self._settings.distance_floor,
-            self._cost, self._total, self._steps, self._local, self._here, self._match, self._likelihood,
+            self._cost, self._total, self._steps, self._local, self._match, self._likelihood,
         )  # fmt: skip
         self._first = False
         return self.scores()

@@ -21,7 +21,7 @@ def _difference(position, quaternion, mean, turn, delta):  # type: ignore[no-unt
     if len(delta) == 3:
         return np.sqrt(square)
     x, y, z, w = -turn[0], -turn[1], -turn[2], turn[3]
-    p, q, r, s = quaternion
+    p, q, r, s = quaternion[0], quaternion[1], quaternion[2], quaternion[3]
     real = w * s - x * p - y * q - z * r
     sign = -1.0 if real < 0.0 else 1.0
     for a in range(4):
@@ -37,45 +37,64 @@ def _difference(position, quaternion, mean, turn, delta):  # type: ignore[no-unt
 
 
 @njit(cache=True, error_model="numpy")
+def _square(delta, precision):  # type: ignore[no-untyped-def]
+    square = 0.0
+    for a in range(len(delta)):
+        row = 0.0
+        for b in range(len(delta)):
+            row += precision[a, b] * delta[b]
+        square += delta[a] * row
+    return square
+
+
+@njit(cache=True, error_model="numpy")
+def _match(begin, end, local, time, deviation, now, distance_floor):  # type: ignore[no-untyped-def]
+    """Find n* (lines 2 to 5): the step that is near at a plausible time."""
+    best, chosen = np.inf, begin
+    for n in range(begin, end):
+        log_density = -0.5 * ((now - time[n]) / deviation[n]) ** 2 - np.log(deviation[n])  # line 2
+        weighted = np.log(max(local[0, n], distance_floor)) - log_density  # lines 3 and 4, up to a constant
+        if weighted < best:
+            best, chosen = weighted, n  # line 5
+    return chosen
+
+
+@njit(cache=True, error_model="numpy")
+def _add_column(begin, end, first, local, cost, total, steps):  # type: ignore[no-untyped-def]
+    """Add a column to the alignment (line 6); ties go to diagonal, then tube, then time."""
+    diagonal_cost, diagonal_total, diagonal_steps = np.inf, 0.0, 0.0
+    for n in range(begin, end):
+        least, carried, count = diagonal_cost, diagonal_total, diagonal_steps
+        if n == begin and first:
+            least, carried, count = 0.0, 0.0, 0.0
+        if n > begin and cost[n - 1] < least:
+            least, carried, count = cost[n - 1], total[n - 1], steps[n - 1]
+        if not first and cost[n] < least:
+            least, carried, count = cost[n], total[n], steps[n]
+        diagonal_cost, diagonal_total, diagonal_steps = cost[n], total[n], steps[n]
+        if first:
+            diagonal_cost = np.inf
+        cost[n] = local[0, n] + least
+        total[n] = carried + local[1, n]
+        steps[n] = count + 1.0
+
+
+@njit(cache=True, error_model="numpy")
 def align_sample(  # type: ignore[no-untyped-def]
     offset, length, mean, turn, precision, normalizer, time, deviation,
-    now, first, position, quaternion, distance_floor, cost, total, steps, local, here, match, likelihood,
+    now, first, position, quaternion, distance_floor, cost, total, steps, local, match, likelihood,
 ):  # fmt: skip
-    """Add one column to the alignment with every tube; write n* and the mean log likelihood along its path."""
-    size = precision.shape[1]
-    delta = np.empty(size)
+    """Add one column to the alignment with every tube; write n* and the mean log likelihood along its path.
+
+    `local` is room for the distance of line 1 and the log likelihood of the sample at each step.
+    """
+    delta = np.empty(precision.shape[1])
     for j in range(len(offset)):
-        start, end = offset[j], offset[j] + length[j]
-        best = np.inf
-        for n in range(start, end):
-            distance = _difference(position, quaternion, mean[n], turn[n], delta)
-            square = 0.0
-            for a in range(size):
-                row = 0.0
-                for b in range(size):
-                    row += precision[n, a, b] * delta[b]
-                square += delta[a] * row
-            local[n] = distance  # line 1
-            here[n] = normalizer[n] - 0.5 * square
-            log_density = -0.5 * ((now - time[n]) / deviation[n]) ** 2 - np.log(deviation[n])  # line 2
-            weighted = np.log(max(distance, distance_floor)) - log_density  # lines 3 and 4, up to a constant
-            if weighted < best:
-                best = weighted
-                match[j] = n - start  # line 5
-        diagonal_cost, diagonal_total, diagonal_steps = np.inf, 0.0, 0.0
-        for n in range(start, end):  # line 6: one column; ties go to diagonal, then tube, then time
-            least, carried, count = diagonal_cost, diagonal_total, diagonal_steps
-            if n == start and first:
-                least, carried, count = 0.0, 0.0, 0.0
-            if n > start and cost[n - 1] < least:
-                least, carried, count = cost[n - 1], total[n - 1], steps[n - 1]
-            if not first and cost[n] < least:
-                least, carried, count = cost[n], total[n], steps[n]
-            diagonal_cost, diagonal_total, diagonal_steps = cost[n], total[n], steps[n]
-            if first:
-                diagonal_cost = np.inf
-            cost[n] = local[n] + least
-            total[n] = carried + here[n]
-            steps[n] = count + 1.0
-        chosen = start + match[j]
+        begin, end = offset[j], offset[j] + length[j]
+        for n in range(begin, end):
+            local[0, n] = _difference(position, quaternion, mean[n], turn[n], delta)  # line 1
+            local[1, n] = normalizer[n] - 0.5 * _square(delta, precision[n])
+        chosen = _match(begin, end, local, time, deviation, now, distance_floor)
+        _add_column(begin, end, first, local, cost, total, steps)
+        match[j] = chosen - begin
         likelihood[j] = total[chosen] / steps[chosen]  # line 7, without the prior

@@ -20,6 +20,7 @@ from pft_exec.recognition.scores import Sample, Scores
 from pft_exec.recognition.settings import DEFAULT_SETTINGS, PhaseSettings
 
 _PACE_HELD = 0.3  # of a motion, at the tube's own pace, that a person's pace is estimated from besides what was seen
+_REMEMBERED = 16  # combinations of channels whose normalizers are kept
 
 
 class PhaseFilter:
@@ -98,6 +99,8 @@ class PhaseFilter:
         """Log normalizer (S,) of the channels that came, and the number of their components."""
         key = (turned, heard.tobytes())
         if key not in self._comparisons:
+            if len(self._comparisons) == _REMEMBERED:
+                self._comparisons.clear()
             self._comparisons[key] = self.model.log_scale(turned, heard), self.model.size(turned, heard)
         return self._comparisons[key]
 

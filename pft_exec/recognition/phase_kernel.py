@@ -102,7 +102,7 @@ def _add_square(x, y, z, begin, end, block, mean, white, square):  # type: ignor
 @njit(cache=True, fastmath=True, error_model="numpy")
 def _add_turn(quaternion, begin, end, turned, white, square):  # type: ignore[no-untyped-def]
     """Add squared Mahalanobis distances of a quaternion: of twice the vector part of mean^-1 * sample."""
-    x, y, z, w = 2.0 * quaternion
+    x, y, z, w = 2.0 * quaternion[0], 2.0 * quaternion[1], 2.0 * quaternion[2], 2.0 * quaternion[3]
     tx, ty, tz, tw = turned[0, begin:end], turned[1, begin:end], turned[2, begin:end], turned[3, begin:end]
     xx, xy, yy = white[12, begin:end], white[13, begin:end], white[14, begin:end]
     xz, yz, zz = white[15, begin:end], white[16, begin:end], white[17, begin:end]
