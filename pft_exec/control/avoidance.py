@@ -30,7 +30,7 @@ NEAR = 0.25
 """m; pairs of a link and an obstacle that are farther apart are left out."""
 OWN_NEAR = 0.12
 """m; the same for pairs of the robot's own parts, which approach each other slowly."""
-APPROACH = 10.0
+APPROACH = 20.0
 """1/s; a: 5 to 20 make no difference to what is kept (measured)."""
 FORESEEN = 0.5
 """s; for which an obstacle is taken to move on at its velocity when nothing newer is known of it."""
