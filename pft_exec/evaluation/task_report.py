@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pft_exec.evaluation.figures import Figure, figures_to_dict, share, wilson_interval, worst
-from pft_exec.evaluation.rollouts import DRAWN, MIRRORED, RolloutResult
+from pft_exec.evaluation.task_rollouts import DRAWN, MIRRORED, RolloutResult
 from pft_exec.report import page
 from pft_exec.report.contact_sheet import Tile, write_contact_sheet
 
