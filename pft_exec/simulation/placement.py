@@ -6,13 +6,17 @@ xz plane of the robot's base.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import numpy as np
+from collections.abc import Iterator, Mapping, Sequence
 
 from pft_exec.demonstration import Scene
-from pft_exec.description import Setting, TaskDescription, draw_scene, path_is_free, random_stream, resolve_waypoints
-from pft_exec.description.motion import StartDescription
+from pft_exec.description import (
+    TaskDescription,
+    draw_scene,
+    nominal_setting,
+    path_is_free,
+    random_stream,
+    resolve_waypoints,
+)
 from pft_exec.exceptions import UnreachableError
 from pft_exec.geometry import Array, Pose
 from pft_exec.model import Arm, RobotModel, solve_inverse_kinematics
@@ -32,12 +36,12 @@ def task_for(robot: RobotModel, task: TaskDescription, arm: str) -> TaskDescript
     return task if (task.mirror is not None) == is_mirrored else task.mirrored()
 
 
-def nominal_start(task: TaskDescription, label: str) -> Pose:
-    """The middle of where the tool may stand before a motion, world frame."""
-    start: StartDescription = task.start_of(label)
-    middle = [0.5 * (low + high) for low, high in (start.x, start.y, start.z)]
-    pose = Pose(np.array(middle), start.quaternion)
-    return pose if task.mirror is None else pose.mirrored(task.mirror)
+def nominal_start(task: TaskDescription, label: str, objects: Mapping[str, Pose] | None = None) -> Pose:
+    """The middle of where the tool may stand before a motion (or what that follows), world frame.
+
+    Where the start is relative to an object, `objects`, world frame, say where that is.
+    """
+    return nominal_setting(task, label, objects or {}).start
 
 
 def check_reach(arm: Arm, task: TaskDescription, label: str, scene: Scene, start: Pose | None = None) -> None:
@@ -62,18 +66,24 @@ def check_reach(arm: Arm, task: TaskDescription, label: str, scene: Scene, start
     MissingObjectError
         If the scene lacks an object that the motion refers to.
     """
+    seed = _seed(arm)
     for what, pose in _poses(task, label, scene, start):
-        reached = solve_inverse_kinematics(arm, task.robot_base.inverse() @ pose, _seed(arm))
+        reached = solve_inverse_kinematics(arm, task.robot_base.inverse() @ pose, seed)
         if not reached.found:
             place = ", ".join(f"{x:.3f}" for x in pose.position)
             raise UnreachableError(
                 f"the {arm.name} arm cannot make {label!r} in this scene: {what} lies at ({place}) m, and the tool "
                 f"stays {reached.position_error:.3f} m and {reached.rotation_error:.3f} rad away from it."
             )
+        seed = reached.configuration
 
 
-def draw_reachable_scene(robot: RobotModel, task: TaskDescription, arm: str, seed: int) -> Scene:
-    """Draw a scene that the task allows and in which the arm can make every motion from the nominal start.
+def draw_reachable_scene(
+    robot: RobotModel, task: TaskDescription, arm: str, seed: int, label: str | None = None
+) -> Scene:
+    """Draw a scene that the task allows and in which the arm can make a motion from the nominal start.
+
+    Without a label, every motion that has no placements of its own.
 
     Parameters
     ----------
@@ -83,6 +93,7 @@ def draw_reachable_scene(robot: RobotModel, task: TaskDescription, arm: str, see
         Mirrors the placements where the task is not written for it.
     seed : int
         Not negative; the same seed gives the same scene.
+    label : str or None
 
     Raises
     ------
@@ -90,12 +101,13 @@ def draw_reachable_scene(robot: RobotModel, task: TaskDescription, arm: str, see
         If none is found; the message ends with why the last one was refused.
     """
     task = task_for(robot, task, arm)
-    rng = random_stream(seed, "evaluate", "scene")
+    rng = random_stream(seed, "evaluate", "scene", *(() if label is None else (label,)))
+    labels = (label,) if label is not None else tuple(each for each in task.labels if not _own_placements(task, each))
     reason = ""
     for _ in range(_ATTEMPTS):
-        scene = Scene(draw_scene(task, rng))
+        scene = Scene(draw_scene(task, rng, label))
         try:
-            _check_scene(robot.arm(arm), task, scene)
+            _check_scene(robot.arm(arm), task, labels, scene)
         except UnreachableError as error:
             reason = str(error)
         else:
@@ -103,22 +115,29 @@ def draw_reachable_scene(robot: RobotModel, task: TaskDescription, arm: str, see
     raise UnreachableError(f"task {task.name!r}: none of {_ATTEMPTS} placements can be worked in; {reason}")
 
 
-def _check_scene(arm: Arm, task: TaskDescription, scene: Scene) -> None:
-    for label in task.labels:
-        setting = Setting(dict(scene.objects), nominal_start(task, label))
-        if not path_is_free(task, label, setting):
+def _own_placements(task: TaskDescription, label: str) -> bool:
+    """Whether a motion, or one that it follows, is made in scenes of its own."""
+    return any(task.motion(part).placements for part in task.chain(label))
+
+
+def _check_scene(arm: Arm, task: TaskDescription, labels: Sequence[str], scene: Scene) -> None:
+    for label in labels:
+        if not path_is_free(task, label, nominal_setting(task, label, scene.objects)):
             raise UnreachableError(f"an object stands in the way of {label!r}.")
-    for label in task.labels:
+    for label in labels:
         check_reach(arm, task, label, scene)
 
 
 def _poses(task: TaskDescription, label: str, scene: Scene, start: Pose | None) -> Iterator[tuple[str, Pose]]:
-    """Poses that a motion passes through, and what each is."""
-    waypoints = resolve_waypoints(task, label, scene, start or nominal_start(task, label))
-    last = len(waypoints.positions) - 1
-    for index, (position, quaternion) in enumerate(zip(waypoints.positions, waypoints.quaternions, strict=True)):
-        what = "its start" if index == 0 else "its end" if index == last else f"waypoint {index}"
-        yield what, Pose(position, quaternion)
+    """Poses that a motion passes through, and what each is; those of the motions that it follows come first."""
+    here = start or nominal_setting(task, label, scene.objects).start
+    for part in task.chain(label):
+        waypoints = resolve_waypoints(task, part, scene, here)
+        last = len(waypoints.positions) - 1
+        for index, (position, quaternion) in enumerate(zip(waypoints.positions, waypoints.quaternions, strict=True)):
+            what = "its start" if index == 0 else "its end" if index == last else f"waypoint {index}"
+            yield what if part == label else f"{what} of {part!r}", Pose(position, quaternion)
+        here = waypoints.end
 
 
 def _seed(arm: Arm) -> Array:

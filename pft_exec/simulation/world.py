@@ -365,15 +365,17 @@ class World:
             self._scene = checked_scene(self.task, scene)
         self._build(configurations, set_up or SetUp())
 
-    def draw_scene(self, seed: int, arm: str | None = None) -> Scene:
+    def draw_scene(self, seed: int, arm: str | None = None, label: str | None = None) -> Scene:
         """Draw a placement of the objects that the task allows and the arm reaches; the same for the same seed.
+
+        With a label, one for that motion; else one for every motion that needs no placements of its own.
 
         Raises
         ------
         UnreachableError
             If none of many drawn placements can be reached.
         """
-        return draw_reachable_scene(self.robot, self.task, self.arm_name(arm), seed)
+        return draw_reachable_scene(self.robot, self.task, self.arm_name(arm), seed, label)
 
     def record_state(self) -> WorldState:
         """All that a picture of this instant needs."""
