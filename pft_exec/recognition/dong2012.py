@@ -57,7 +57,7 @@ class IncrementalAlignment:
         self._adopt(tubes)
         turn = None if tubes[0].quaternion is None else tubes[0].quaternion[0].copy()
         self.update(Sample(0.0, tubes[0].position[0].copy(), turn, None, None))  # compiles before the first sample
-        self._adopt(tubes)
+        self.restart()
 
     def _adopt(self, tubes: Sequence[FlowTube]) -> None:
         length = np.array([len(tube) for tube in tubes], dtype=np.int64)
@@ -73,10 +73,14 @@ class IncrementalAlignment:
         self._left = np.concatenate([tube.time[-1] - tube.time for tube in tubes])
         count = np.array([max(tube.count, 1) for tube in tubes], dtype=float)
         self._log_share = np.log(count / count.sum())
-        steps = int(length.sum())
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all samples."""
+        steps = len(self._mean)
         self._cost, self._total, self._steps = np.zeros(steps), np.zeros(steps), np.zeros(steps)
         self._local = np.zeros((2, steps))
-        self._match, self._likelihood = np.zeros(len(tubes), np.int64), np.zeros(len(tubes))
+        self._match, self._likelihood = np.zeros(len(self._length), np.int64), np.zeros(len(self._length))
         self._first = True
 
     def _floored_deviation(self, tube: FlowTube) -> Array:

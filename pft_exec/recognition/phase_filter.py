@@ -28,11 +28,14 @@ class PhaseFilter:
 
     def __init__(self, tubes: Sequence[FlowTube], settings: PhaseSettings = DEFAULT_SETTINGS) -> None:
         self._settings = settings
-        self._begin(build_phase_model(tubes, settings))
+        self.model = build_phase_model(tubes, settings)
+        self.restart()
         self._warm_up()
-        self._begin(self.model)
+        self.restart()
 
-    def _begin(self, model: PhaseModel) -> None:
+    def restart(self) -> None:
+        """Forget all samples."""
+        model = self.model
         self._adopt(model)
         self._clock = MotionClock(model.constants, 7 + len(model.scales.signals))
         self._evidence = np.zeros(len(model.tube))

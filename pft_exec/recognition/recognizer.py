@@ -30,6 +30,9 @@ class RecognitionMethod(Protocol):
     def scores(self) -> Scores:
         """What the samples so far say."""
 
+    def restart(self) -> None:
+        """Forget all samples."""
+
     def replace(self, tubes: list[FlowTube]) -> None:
         """Go on with other tubes of the same labels in the same order."""
 
@@ -71,6 +74,11 @@ class OnlineRecognizer:
         self._log_prior = _log_prior(self.labels, prior)
         self._has_orientation = next(iter(tubes.values())).quaternion is not None
         self._method: RecognitionMethod = _METHODS[method](list(tubes.values()))
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget all samples: the next motion, among the tubes of now, with nothing to compile or to learn anew."""
+        self._method.restart()
         self._first: float | None = None
         self._last = -np.inf
         self._belief = self._compute_belief(self._method.scores(), 0.0)

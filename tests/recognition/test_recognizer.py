@@ -114,6 +114,20 @@ def test_replacing_tubes_keeps_phase_and_belief(method):
     assert after.probability["0"] > 0.9
 
 
+@both
+def test_a_recognizer_that_restarts_is_as_new(method):
+    """After another motion, every number is what a new recognizer says, also at an earlier time of the clock."""
+    tubes = star(turn=[0.0, 0.0, 1.0])
+    used, new = (OnlineRecognizer(tubes, method, prior={"0": 2.0, "1": 1.0, "2": 1.0, "3": 1.0}) for _ in range(2))
+    stream(used, tubes[1], start=100.0)
+    used.restart()
+    for first, second in zip(stream(used, tubes[0]), stream(new, tubes[0]), strict=True):
+        assert dict(first.log_likelihood) == dict(second.log_likelihood)
+        assert dict(first.time_to_completion) == dict(second.time_to_completion)
+        assert first.unknown == second.unknown
+        assert first.time == second.time
+
+
 def test_replacing_by_other_tubes_raises():
     recognizer = OnlineRecognizer(star())
     with pytest.raises(RecognitionError, match="must have the labels"):
