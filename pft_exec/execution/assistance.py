@@ -1,37 +1,42 @@
-"""Assistance: a person begins a motion, the robot recognizes it, takes over and finishes it."""
+"""Assistance: a person begins a motion, the robot recognizes it, takes over and finishes it; the person stays master.
+
+While the hand leads, every sample goes to the recognizer, the policy decides, and the leading motion is made ready.
+While the robot has the arm, a force that is felt in the joints gives it back at once; recognition then begins anew.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
 
-from pft_exec.control import GravityCompensation
+from pft_exec.exceptions import ControlError
 from pft_exec.execution.autonomous import SOFTNESS, about_run, end_figures, judge_end, told
+from pft_exec.execution.candidates import Candidates
+from pft_exec.execution.companion import Companion
 from pft_exec.execution.control_loop import ControlLoop, Observer
-from pft_exec.execution.hand_path import Hand, lead_motion
+from pft_exec.execution.faults import Fault
+from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.log import ExecutionLog, Stage
-from pft_exec.execution.pursuit import Pursuit
+from pft_exec.execution.person import Answer, Person, TakeBackPlan
+from pft_exec.execution.pursuit import Outcome
 from pft_exec.execution.stopping import stop
-from pft_exec.execution.takeover import Takeover, plan_takeover, tube_compliance
-from pft_exec.execution.watch import attendants_of, supervisors_of
-from pft_exec.geometry import geodesic_distance
-from pft_exec.handoff import Decision, PolicySettings, TakeoverPolicy
-from pft_exec.learning import FlowTube, MotionLibrary
-from pft_exec.recognition import Belief, OnlineRecognizer
+from pft_exec.execution.takeover import Takeover, plan_takeover
+from pft_exec.execution.watch import pursue
+from pft_exec.execution.yielding import Calm, Yielding
+from pft_exec.geometry import Array, geodesic_distance
+from pft_exec.handoff import PolicySettings
+from pft_exec.handoff.take_back import THRESHOLD
+from pft_exec.learning import MotionLibrary
 from pft_exec.simulation import Push, World
 
-Answer = Callable[[tuple[str, ...], Belief], str | None]
-"""The person's answer to "which of these?": a label, or None for neither."""
+LET_GO = 0.15
+"""s for which a hand's force fades out when it lets go."""
 
-PACE_RANGE = (0.5, 1.5)
-"""How much slower or faster than taught the person's pace may carry over."""
-RETRY = 0.1
-"""s after which a take-over that could not be planned is tried again."""
-SETTLING = 0.5
-"""s that the hand rests at its end before a motion nobody took over counts as over."""
+PUSH_TIME = 1.5
+"""s; an arm that was taken back and that nobody moves by then was only pushed. A person who leads is still at it."""
 
 
 def assist(
@@ -41,9 +46,14 @@ def assist(
     arm: str | None = None,
     *,
     pushes: Sequence[Push] = (),
+    faults: Sequence[Fault] = (),
     seed: int | None = None,
     settings: PolicySettings | None = None,
     answer: Answer | None = None,
+    take_backs: Sequence[TakeBackPlan] = (),
+    take_back: float = THRESHOLD,
+    let_go: float = LET_GO,
+    pace: float = 1.0,
     method: str = "phase",
     softness: float = SOFTNESS,
     solver: str = "daqp",
@@ -63,10 +73,20 @@ def assist(
     pushes : sequence of Push
     seed : int or None
         None is the world's. Of the hand: its curvature, pace, pauses and tremor.
+    faults : sequence of Fault
+        To be injected; see `pft_exec.execution.faults`.
     settings : PolicySettings or None
         When to take over, ask and decline.
     answer : callable or None
         Asked when two motions stay close; None is the synthetic hand, who says truthfully which of the two it makes.
+    take_backs : sequence of TakeBackPlan
+        When the hand takes hold again after a take-over, and for which motion.
+    take_back : float, N
+        Force at the tool, felt in the joints, from which the arm is the person's again.
+    let_go : float, s
+        For which the hand's force fades out after a take-over.
+    pace : float
+        Speed relative to the person's own.
     method : str
         Of the recognizer.
     softness : float, s^4/m^2
@@ -79,142 +99,155 @@ def assist(
     Returns
     -------
     ExecutionLog
-        `label` is the motion that was taken over, empty where none was; `success` is the task's predicate on the
-        motion that the hand began.
+        `label` is the motion that was taken over last, empty where none was; `success` is the task's predicate on the
+        motion that the hand began last.
 
     Raises
     ------
     UnknownMotionError
         If the task has no such motion.
+    ControlError
+        If the pace is not positive.
     UnreachableError
         Before anything moves, if the arm cannot make the motion in this scene.
     """
-    loop = ControlLoop(world, arm, pushes, observer)
-    hand = lead_motion(world, label, loop.name, world.seed if seed is None else seed)
-    scene, start = world.scene, world.tool(loop.name)
-    tubes = library.flow_tubes(scene, start)
-    person = _Person(hand, OnlineRecognizer(tubes, method), TakeoverPolicy(settings), answer or _truthful(label))
-    takeover = _guide(loop, person, tubes)
-    details = {
-        "asked": float(person.asked),
-        "take_over_time": loop.time,
-        "take_over_share": hand.share(loop.time),
-    }
-    if takeover is None:
-        reason = f"the hand finished by itself: {person.reason}"
-        return loop.log.finish(False, reason, details=details, **about_run(loop))
-    tube = tubes[takeover.label]
-    compliance = tube_compliance(loop, tube, softness)
-    outcome = Pursuit(
-        loop,
-        takeover,
-        compliance,
-        solver=solver,
-        floating=True,
-        supervisors=supervisors_of(loop, tube),
-        attendants=attendants_of(loop, tube),
-    ).run()
-    if outcome.ending != "finished":
-        stop(loop, outcome.reason)
-    verdict = judge_end(loop, tubes.get(label, tube), scene, start)
-    details |= {**end_figures(loop, tube), **takeover.jumps(), "join_time": takeover.transition.duration}
-    details["tube_goal_error"] = float(np.linalg.norm(tube.end.position - hand.goal.position))
-    details["tube_goal_rotation"] = float(geodesic_distance(tube.end.quaternion, hand.goal.quaternion))
-    success = verdict.success and outcome.ending == "finished"
-    return loop.log.finish(success, told(verdict, outcome), label=tube.label, details=details, **about_run(loop))
+    if not pace > 0.0:
+        raise ControlError(f"pace must be positive; got {pace}.")
+    loop = ControlLoop(world, arm, pushes, observer, faults)
+    person = Person(loop, label, world.seed if seed is None else seed, answer=answer, fade=let_go, plans=take_backs)
+    candidates = Candidates(loop, library, world.scene, world.tool(loop.name), softness)
+    companion = Companion(loop, candidates, person.answer, settings=settings, method=method, pace=pace)
+    return _Assistance(loop, person, companion, ForceWatch(loop, take_back), solver).run()
 
 
-@dataclass
-class _Person:
-    """Who leads, and what the robot makes of it.
+class _Interrupted:
+    """A motion that a force at the tool has interrupted: a person who leads from there, or only a push.
 
     Parameters
     ----------
-    hand : Hand
-    recognizer : OnlineRecognizer
-    policy : TakeoverPolicy
-    answer : callable
-    asked : int
-        Questions so far.
-    reason : str
-        Why the robot has not taken over.
+    takeover : Takeover
+    outcome : Outcome
+    time : float, s
+        When it was interrupted.
     """
 
-    hand: Hand
-    recognizer: OnlineRecognizer
-    policy: TakeoverPolicy
-    answer: Answer
-    asked: int = 0
-    reason: str = "nothing was recognized"
-    _declined: bool = False
-    _not_before: float = 0.0
+    def __init__(self, takeover: Takeover, outcome: Outcome, time: float) -> None:
+        self.takeover, self.outcome = takeover, outcome
+        self._until = time + PUSH_TIME
+        self._calm = Calm(time)
 
-    def decide(self, loop: ControlLoop, belief: Belief, tubes: Mapping[str, FlowTube]) -> Takeover | None:
-        """Decide after a belief; a plan where the robot takes over now."""
-        decision = self.policy.update(belief, loop.time)
-        self.reason = decision.reason
-        if decision.kind == "ask":
-            self.asked += 1
-            reply = self.answer(decision.labels, belief)
-            loop.log.event(loop.time, "ask", f"{decision.reason}; the answer is {reply!r}")
-            self.policy.answer(reply)
-        elif decision.kind == "decline":
-            self._decline(loop, decision.reason)
-        elif decision.kind == "take_over" and loop.time >= self._not_before:
-            return self._take_over(loop, decision, belief, tubes)
+    def is_over(self, time: float, force: Array, v: Array) -> bool:
+        """Whether it was only a push: soon after, nobody moves the arm; force (3,), N, joint speeds (n,), rad/s."""
+        return self._calm.update(time, force, v) and time < self._until
+
+
+@dataclass
+class _Assistance:
+    """One run: who has the arm, until the motion is finished, stopped, or the hand has made it alone.
+
+    Parameters
+    ----------
+    loop : ControlLoop
+    person : Person
+    companion : Companion
+        What recognizes and decides.
+    force : ForceWatch
+    solver : str
+        Of the quadratic program.
+    details : {name: float}
+        Figures of the run.
+    """
+
+    loop: ControlLoop
+    person: Person
+    companion: Companion
+    force: ForceWatch
+    solver: str
+    details: dict[str, float] = field(default_factory=dict)
+
+    def run(self) -> ExecutionLog:
+        """Guide and pursue in turn."""
+        takeover, outcome, fallbacks = self._guide(None), None, 0
+        while takeover is not None:
+            self.person.let_go(self.loop.time)
+            outcome = pursue(self.loop, takeover, self.force, solver=self.solver, floating=True, person=self.person)
+            fallbacks += outcome.fallbacks
+            self.details |= {
+                **takeover.jumps(),
+                "join_time": takeover.transition.duration,
+                "fallbacks": float(fallbacks),
+            }
+            if outcome.ending != "taken_back":
+                return self._ended(takeover, outcome)
+            self._give_back(outcome)
+            takeover = self._guide(_Interrupted(takeover, outcome, self.loop.time))
+        return self._led_to_the_end()
+
+    def _guide(self, interrupted: _Interrupted | None) -> Takeover | None:
+        """The hand leads, the arm floats, until the robot takes over or the hand is done."""
+        loop, floating = self.loop, Yielding(self.loop.arm, self.loop.world.control_period)
+        command = None if interrupted is None else interrupted.outcome.command
+        floating.begin(loop.time, command)
+        while not self.person.is_done(loop.time):
+            started = perf_counter()
+            q, v = loop.sense()
+            self.force.feel(q, v, command)
+            takeover = self.companion.attend()
+            if takeover is None and interrupted is not None and interrupted.is_over(loop.time, self.force.force, v):
+                takeover = self._go_on(interrupted)
+            if takeover is not None:
+                self._note_guidance()
+                return takeover
+            if loop.arm is not floating.arm:
+                floating.carry(loop.arm)
+            command = floating.update(loop.time, q, v)
+            loop.apply(command, Stage.GUIDED, perf_counter() - started, self.person.pull)
+        self._note_guidance()
         return None
 
-    def _take_over(
-        self, loop: ControlLoop, decision: Decision, belief: Belief, tubes: Mapping[str, FlowTube]
-    ) -> Takeover | None:
-        tube = tubes[decision.label]
-        takeover = plan_takeover(loop, tube, *_place_and_pace(tube, belief), np.zeros(len(loop.arm.joint_names)))
+    def _go_on(self, interrupted: _Interrupted) -> Takeover | None:
+        """Nobody leads: it was a push, and the motion goes on where it was; None where that cannot be."""
+        before, phase = interrupted.takeover, interrupted.outcome.phase
+        takeover = plan_takeover(self.loop, before.candidate, phase, before.trajectory.time_law.rate)
         if takeover.reason:
-            self.reason, self._not_before = takeover.reason, loop.time + RETRY
-            self._decline(loop, takeover.reason)
             return None
-        loop.log.event(loop.time, "take_over", decision.reason)
+        self.loop.log.event(self.loop.time, "take_over", f"nobody leads: {takeover.label!r} goes on")
         return takeover
 
-    def _decline(self, loop: ControlLoop, reason: str) -> None:
-        """Log why the robot does not take over, the first time."""
-        if not self._declined:
-            loop.log.event(loop.time, "decline", reason)
-        self._declined = True
+    def _give_back(self, outcome: Outcome) -> None:
+        """The person takes the arm back: recognition begins anew from here."""
+        self.loop.log.event(self.loop.time, "take_back", outcome.reason)
+        self.details["taken_back"] = self.details.get("taken_back", 0.0) + 1.0
+        self.companion.begin_anew()
 
+    def _note_guidance(self) -> None:
+        time = self.loop.time
+        self.details |= {
+            "asked": float(self.companion.asked),
+            "take_over_time": time,
+            "take_over_share": self.person.share(time),
+        }
 
-def _guide(loop: ControlLoop, person: _Person, tubes: Mapping[str, FlowTube]) -> Takeover | None:
-    """The hand leads, the arm floats, until the robot takes over or the hand is done."""
-    floating = GravityCompensation(loop.arm)
-    while loop.time < person.hand.duration + SETTLING:
-        if loop.is_sample_due():
-            belief = _recognize(loop, person.recognizer)
-            takeover = person.decide(loop, belief, tubes)
-            if takeover is not None:
-                return takeover
-        started = perf_counter()
-        command = floating.update(loop.time, *loop.sense())
-        loop.apply(command, Stage.GUIDED, perf_counter() - started, person.hand.pull)
-    return None
+    def _led_to_the_end(self) -> ExecutionLog:
+        reason = f"the hand finished by itself: {self.companion.reason}"
+        return self.loop.log.finish(False, reason, details=self.details, **about_run(self.loop))
 
-
-def _recognize(loop: ControlLoop, recognizer: OnlineRecognizer) -> Belief:
-    """Hand the present sample to the recognizer, and log what it believes."""
-    tool = loop.world.tool(loop.name)
-    gripper = {"gripper": loop.world.gripper(loop.name)}
-    belief = recognizer.update(loop.time, tool.position, tool.quaternion, gripper)
-    loop.log.belief(loop.time, belief.probability, belief.unknown)
-    return belief
-
-
-def _place_and_pace(tube: FlowTube, belief: Belief) -> tuple[float, float]:
-    """Phase of the motion that is taken over, and the person's pace beside the tube's."""
-    phase = min(max(belief.phase[tube.label], 0.0), 1.0)
-    left = float(tube.time[-1] - np.interp(phase, tube.phase, tube.time))
-    pace = left / max(belief.time_to_completion[tube.label], 1e-3)
-    return phase, float(np.clip(pace, *PACE_RANGE))
-
-
-def _truthful(label: str) -> Answer:
-    """A person who makes `label` and says so when asked."""
-    return lambda labels, _: label if label in labels else None
+    def _ended(self, takeover: Takeover, outcome: Outcome) -> ExecutionLog:
+        """The log of a run whose last motion was finished or stopped."""
+        loop, person, tube = self.loop, self.person, takeover.tube
+        if outcome.ending != "finished":
+            stop(loop, outcome.reason)
+        meant = self.companion.candidates.tubes.get(person.label, tube)
+        verdict = judge_end(loop, meant, person.scene, person.start)
+        goal = person.hand.goal
+        self.details |= end_figures(loop, tube)
+        self.details["tube_goal_error"] = float(np.linalg.norm(tube.end.position - goal.position))
+        if tube.quaternion is not None:
+            self.details["tube_goal_rotation"] = float(geodesic_distance(tube.end.quaternion, goal.quaternion))
+        return loop.log.finish(
+            verdict.success and outcome.ending == "finished",
+            told(verdict, outcome),
+            label=tube.label,
+            details=self.details,
+            **about_run(loop),
+        )

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pft_exec.demonstration import Scene
 from pft_exec.description.success import Verdict, judge_motion
 from pft_exec.exceptions import UnreachableError
+from pft_exec.execution.candidates import Candidate
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.faults import Fault
+from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.log import ExecutionLog
-from pft_exec.execution.pursuit import Outcome, Pursuit
+from pft_exec.execution.pursuit import Outcome
 from pft_exec.execution.stopping import stop
-from pft_exec.execution.takeover import plan_takeover, tube_compliance
-from pft_exec.execution.watch import attendants_of, supervisors_of
+from pft_exec.execution.takeover import Takeover, plan_takeover
+from pft_exec.execution.watch import pursue
+from pft_exec.execution.yielding import give_way
 from pft_exec.geometry import Pose, geodesic_distance
+from pft_exec.handoff.take_back import THRESHOLD
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.simulation import Push, World
 from pft_exec.simulation.placement import task_for
@@ -35,6 +40,7 @@ def execute(
     pushes: Sequence[Push] = (),
     faults: Sequence[Fault] = (),
     pace: float = 1.0,
+    take_back: float = THRESHOLD,
     softness: float = SOFTNESS,
     solver: str = "daqp",
     observer: Observer | None = None,
@@ -53,6 +59,8 @@ def execute(
         Injected while it runs (`pft_exec.execution.faults`); whatever happens then is in the log, nothing is raised.
     pace : float
         Speed relative to the tube's own.
+    take_back : float, N
+        Force at the tool, felt in the joints, from which the arm gives way to a person; it goes on once they let go.
     softness : float, s^4/m^2
         See `pft_exec.control.compute_compliance`.
     solver : str
@@ -75,21 +83,15 @@ def execute(
     loop = ControlLoop(world, arm, pushes, observer, faults)
     scene, start = world.scene, world.tool(loop.name)
     flow_tube = loop.injector.tube(flow_tube)
-    takeover = plan_takeover(loop, flow_tube, 0.0, pace, np.zeros(len(loop.arm.joint_names)))
+    candidate = Candidate(loop, flow_tube, softness)
+    candidate.path(0.0).extend_until(float(flow_tube.time[-1]))
+    takeover = plan_takeover(loop, candidate, 0.0, pace)
     if takeover.reason and not faults:
         raise UnreachableError(takeover.reason)
     if takeover.reason:
         stop(loop, takeover.reason)
         return loop.log.finish(False, takeover.reason, label=flow_tube.label, **about_run(loop))
-    compliance = tube_compliance(loop, flow_tube, softness)
-    outcome = Pursuit(
-        loop,
-        takeover,
-        compliance,
-        solver=solver,
-        supervisors=supervisors_of(loop, flow_tube),
-        attendants=attendants_of(loop, flow_tube),
-    ).run()
+    outcome = _carry_out(loop, candidate, takeover, ForceWatch(loop, take_back), pace, solver)
     if outcome.ending != "finished":
         stop(loop, outcome.reason)
     verdict = judge_end(loop, flow_tube, scene, start)
@@ -100,6 +102,24 @@ def execute(
         details={**end_figures(loop, flow_tube), **takeover.jumps(), "join_time": takeover.transition.duration},
         **about_run(loop),
     )
+
+
+def _carry_out(
+    loop: ControlLoop, candidate: Candidate, takeover: Takeover, force: ForceWatch, pace: float, solver: str
+) -> Outcome:
+    """Pursue; give way to a person who pushes, and go on from the same phase once they let go."""
+    outcome = pursue(loop, takeover, force, solver=solver, floating=False)
+    while outcome.ending == "taken_back":
+        if not give_way(loop, force, outcome.command):
+            return replace(outcome, ending="stopped", reason="a person keeps the arm")
+        takeover = plan_takeover(loop, candidate, outcome.phase, pace)
+        if takeover.reason:
+            return replace(outcome, ending="stopped", reason=takeover.reason)
+        loop.log.event(loop.time, "take_over", f"nobody moves the arm any more: {candidate.label!r} goes on")
+        earlier = outcome.fallbacks
+        outcome = pursue(loop, takeover, force, solver=solver, floating=True)
+        outcome = replace(outcome, fallbacks=outcome.fallbacks + earlier)
+    return outcome
 
 
 def told(verdict: Verdict, outcome: Outcome) -> str:
@@ -116,7 +136,7 @@ def about_run(loop: ControlLoop) -> dict[str, str]:
 
 def end_figures(loop: ControlLoop, tube: FlowTube) -> dict[str, float]:
     """Where the tool ended beside where its tube ends: m and rad; and simulated time per computing time."""
-    tool = loop.world.tool(loop.name)
+    tool = loop.world.true_tool(loop.name)
     turned = 0.0 if tube.quaternion is None else float(geodesic_distance(tube.end.quaternion, tool.quaternion))
     return {
         "end_position_error": float(np.linalg.norm(tool.position - tube.end.position)),
@@ -130,7 +150,9 @@ def judge_end(loop: ControlLoop, tube: FlowTube, scene: Scene, start: Pose) -> V
     world = loop.world
     task = task_for(world.robot, world.task, loop.name)
     if tube.label in task.labels:
-        return judge_motion(task, tube.label, scene.objects, world.scene.objects, start, world.tool(loop.name))
+        ends = start, world.true_tool(loop.name)
+        measured = loop.handling.measured()
+        return judge_motion(task, tube.label, scene.objects, world.scene.objects, *ends, measured)
     figures = end_figures(loop, tube)
     distance, turned = figures["end_position_error"], figures["end_rotation_error"]
     reached = distance <= END_TOLERANCE[0] and turned <= END_TOLERANCE[1]

@@ -14,16 +14,16 @@ from typing import Literal
 
 from pft_exec.control import (
     Command,
-    Compliance,
     JointReference,
     Reference,
     TrackingController,
     joined,
     load_solver,
 )
+from pft_exec.execution.candidates import SAMPLES_PER_PERIOD
 from pft_exec.execution.control_loop import ControlLoop, Pull
 from pft_exec.execution.log import Stage
-from pft_exec.execution.takeover import Takeover
+from pft_exec.execution.takeover import Takeover, beyond_reach
 from pft_exec.geometry import Array
 from pft_exec.handoff import PacedClock
 
@@ -124,8 +124,6 @@ class Pursuit:
     loop : ControlLoop
     takeover : Takeover
         Without a `reason`.
-    compliance : Compliance
-        Of the tube, base frame.
     solver : str
         Of the quadratic program.
     floating : bool
@@ -142,7 +140,6 @@ class Pursuit:
         self,
         loop: ControlLoop,
         takeover: Takeover,
-        compliance: Compliance,
         *,
         solver: str = "daqp",
         floating: bool = False,
@@ -153,13 +150,14 @@ class Pursuit:
         self.loop = loop
         self.takeover = takeover
         self.clock = PacedClock()
-        self._supervisors, self._attendants, self._pull = tuple(supervisors), tuple(attendants), pull
+        self._supervisors: tuple[Supervisor, ...] = (self._get_on, *supervisors)
+        self._attendants, self._pull = tuple(attendants), pull
         self._fallbacks = 0
         self._command: Command | None = None
         working = loop.injector.solver(load_solver(solver))
         self._controller = TrackingController(loop.arm, loop.world.control_period, working)
         self._reference = joined(takeover.transition.at, takeover.transition.duration, takeover.trajectory.at)
-        self._controller.follow(self._paced, compliance, loop.time, blend=floating)
+        self._controller.follow(self._paced, takeover.compliance, loop.time, blend=floating)
 
     def run(self) -> Outcome:
         """Go on to the end, whichever it is."""
@@ -177,6 +175,8 @@ class Pursuit:
         verdict = self._supervise(self._instant(q, v))
         if verdict.ending is not None:
             return self._outcome(verdict.ending, verdict.reason)
+        if self.loop.arm is not self._controller.arm:
+            self._controller.carry(self.loop.arm, self.loop.time)
         command = self._controller.update(self.loop.time, q, v)
         stage = self.stage
         self.loop.apply(command, stage, perf_counter() - started, self._pull, self.clock.rate)
@@ -211,6 +211,13 @@ class Pursuit:
                 return verdict
             rate = min(rate, verdict.rate)
         return GO_ON if rate == 1.0 else Verdict(max(rate, 0.0))
+
+    def _get_on(self, _: Instant) -> Verdict:
+        """Extend the joint path; what comes later may turn out to be out of reach, or too fast for the planned pace."""
+        trajectory = self.takeover.trajectory
+        trajectory.path.extend(SAMPLES_PER_PERIOD)
+        reason = beyond_reach(trajectory.path, self.takeover.label, self.loop.name)
+        return Verdict(ending="stopped", reason=reason) if reason else Verdict(trajectory.slower)
 
     def _note(self, command: Command) -> None:
         self._command = command

@@ -13,7 +13,7 @@ from pft_exec.geometry import Pose, geodesic_distance
 
 MOVED = (0.005, 0.05)
 """m, rad; less is a camera's noise."""
-SETTLED_TIME = 0.1
+SETTLED_TIME = 0.2
 """s for which an object must have stayed in its new place: a jump for a moment is not believed."""
 TOUCH = 0.15
 """m from the tool's origin to an object's that the tool may be moving."""

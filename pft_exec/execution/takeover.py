@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pft_exec.control import Compliance, JointReference, compute_compliance, plan_joint_trajectory
-from pft_exec.control.joint_trajectory import JointTrajectory
+from pft_exec.control import Compliance, JointReference, RollingTrajectory, TakenUp
+from pft_exec.execution.candidates import Candidate
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.geometry import Array
 from pft_exec.handoff import JointState, Transition, plan_transition
@@ -26,18 +26,37 @@ class Takeover:
 
     Parameters
     ----------
-    trajectory : JointTrajectory
+    trajectory : TakenUp
         Image of the tube in joint space, from the phase of the take-over on.
     transition : Transition
-    label : str
+    candidate : Candidate
+        The motion.
+    phase : float
+        Where the tube is taken up.
     reason : str
         Why it cannot be done; empty where it can.
     """
 
-    trajectory: JointTrajectory
+    trajectory: TakenUp
     transition: Transition
-    label: str
+    candidate: Candidate
+    phase: float
     reason: str
+
+    @property
+    def tube(self) -> FlowTube:
+        """Of the motion, world frame."""
+        return self.candidate.tube
+
+    @property
+    def compliance(self) -> Compliance:
+        """Of the tube, base frame."""
+        return self.candidate.compliance
+
+    @property
+    def label(self) -> str:
+        """Of the motion."""
+        return self.tube.label
 
     @property
     def duration(self) -> float:
@@ -66,42 +85,38 @@ def _state(reference: JointReference) -> JointState:
     return reference.configuration, reference.velocity, reference.acceleration
 
 
-def plan_takeover(loop: ControlLoop, tube: FlowTube, phase: float, pace: float, acceleration: Array) -> Takeover:
-    """Plan to finish a tube from where the arm is now.
+def plan_takeover(
+    loop: ControlLoop, candidate: Candidate, phase: float, pace: float = 1.0, acceleration: Array | None = None
+) -> Takeover:
+    """Plan to finish a candidate's motion from where the arm is now.
 
     Parameters
     ----------
     loop : ControlLoop
-    tube : FlowTube
-        World frame.
+    candidate : Candidate
+        What is known of its joint path must reach as far as a transition takes; else the rest is computed now.
     phase : float
         Where along the tube the motion is now.
     pace : float
         Speed relative to the tube's own.
-    acceleration : (n,), rad/s^2
-        As last commanded.
+    acceleration : (n,), rad/s^2, or None
+        As last commanded; None: the arm floated.
     """
     q, v = loop.sense()
-    in_base = tube.transformed(loop.world.base.inverse())
-    trajectory = plan_joint_trajectory(loop.arm, in_base, q, phase, pace)
-    transition = plan_transition((q, v, acceleration), lambda t: _state(trajectory.at(t)), loop.arm.limits)
-    reason = "" if transition.found else transition.reason
-    if trajectory.position_error > REACH[0] or trajectory.rotation_error > REACH[1]:
-        reason = (
-            f"the tube of {tube.label!r} is beyond the reach of arm {loop.name!r}: the arm comes no nearer than "
-            f"{1e3 * trajectory.position_error:.0f} mm and {trajectory.rotation_error:.2f} rad"
-        )
-    return Takeover(trajectory, transition, tube.label, reason)
+    commanded = np.zeros(len(q)) if acceleration is None else acceleration
+    path = candidate.path(phase)
+    path.extend_until(candidate.tube_time(phase))
+    trajectory = TakenUp(path, candidate.tube_time(phase), pace)
+    transition = plan_transition((q, v, commanded), lambda t: _state(trajectory.at(t)), loop.arm.limits)
+    reason = beyond_reach(path, candidate.label, loop.name) or ("" if transition.found else transition.reason)
+    return Takeover(trajectory, transition, candidate, phase, reason)
 
 
-def tube_compliance(loop: ControlLoop, tube: FlowTube, softness: float) -> Compliance:
-    """Gains and weights, base frame, of a tube in the world frame; computed once per tube.
-
-    Parameters
-    ----------
-    loop : ControlLoop
-    tube : FlowTube
-    softness : float, s^4/m^2
-        See `pft_exec.control.compute_compliance`.
-    """
-    return compute_compliance(tube.transformed(loop.world.base.inverse()), softness)
+def beyond_reach(path: RollingTrajectory, label: str, arm: str) -> str:
+    """Why a path cannot be followed, as far as it is known; empty where it can."""
+    if path.position_error <= REACH[0] and path.rotation_error <= REACH[1]:
+        return ""
+    return (
+        f"the tube of {label!r} is beyond the reach of arm {arm!r}: the arm comes no nearer than "
+        f"{1e3 * path.position_error:.0f} mm and {path.rotation_error:.2f} rad"
+    )

@@ -3,18 +3,61 @@
 from __future__ import annotations
 
 from pft_exec.execution.control_loop import ControlLoop
-from pft_exec.execution.pursuit import Attendant, Supervisor
+from pft_exec.execution.force_watch import ForceWatch
+from pft_exec.execution.grasping import GripperReplay, GripperWait
+from pft_exec.execution.person import Person
+from pft_exec.execution.pursuit import Attendant, Outcome, Pursuit, Supervisor
 from pft_exec.execution.supervisor import SafetySupervisor
+from pft_exec.execution.takeover import Takeover
 from pft_exec.learning.flow_tube import FlowTube
 
 
 def supervisors_of(loop: ControlLoop, tube: FlowTube) -> list[Supervisor]:
     """Those who may slow a pursuit of a tube (world frame) down or end it; asked in this order."""
     in_base = tube.transformed(loop.world.base.inverse())
-    return [SafetySupervisor(in_base, loop.guard, loop.world.control_period, loop.log)]
+    return [
+        SafetySupervisor(in_base, loop.guard, loop.world.control_period, loop.log),
+        GripperWait(loop.world, loop.name),
+    ]
 
 
-def attendants_of(loop: ControlLoop, tube: FlowTube) -> list[Attendant]:
-    """Those who act after each control period of a pursuit of a tube (world frame); called in this order."""
-    del loop, tube
-    return []
+def attendants_of(loop: ControlLoop, tube: FlowTube, phase: float = 0.0) -> list[Attendant]:
+    """Those who act after each control period of a pursuit of a tube (world frame) from a phase; in this order."""
+    return [GripperReplay(loop.world, loop.name, tube, phase)]
+
+
+def pursue(
+    loop: ControlLoop,
+    takeover: Takeover,
+    force: ForceWatch,
+    *,
+    solver: str,
+    floating: bool,
+    person: Person | None = None,
+) -> Outcome:
+    """Carry out a take-over with all who look on.
+
+    Parameters
+    ----------
+    loop : ControlLoop
+    takeover : Takeover
+    force : ForceWatch
+        Takes back for a person.
+    solver : str
+        Of the quadratic program.
+    floating : bool
+        Whether the arm floated until now.
+    person : Person or None
+        Who led until now, and may take hold again.
+    """
+    force.begin(letting_go=person is not None)
+    attendants = attendants_of(loop, takeover.tube, takeover.phase)
+    return Pursuit(
+        loop,
+        takeover,
+        solver=solver,
+        floating=floating,
+        supervisors=[force.supervise, *supervisors_of(loop, takeover.tube)],
+        attendants=attendants if person is None else [*attendants, person.attend],
+        pull=None if person is None else person.pull,
+    ).run()

@@ -9,6 +9,7 @@ import pytest
 
 from pft_exec.exceptions import UnknownMotionError, UnreachableError
 from pft_exec.execution import ExecutionLog, Stage, assist, prepare
+from pft_exec.execution.assistance import LET_GO
 from pft_exec.handoff import PolicySettings
 from pft_exec.learning import MotionLibrary, learn_library
 from pft_exec.recognition import Belief
@@ -43,7 +44,9 @@ def test_belief_and_stages_tell_the_same_moment(log: ExecutionLog) -> None:
 
 def test_the_hand_is_gone_after_the_take_over(log: ExecutionLog) -> None:
     assert log.hand_force[log.stage == Stage.GUIDED].max() > 0.0
-    assert not log.hand_force[log.stage >= Stage.TRANSITION].any()
+    taken = log.event("take_over")
+    assert taken is not None
+    assert not log.hand_force[log.time > taken.time + LET_GO].any()
 
 
 def test_the_recognizer_is_never_told_the_label(log: ExecutionLog, shared_world: World, library: MotionLibrary) -> None:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pft_exec.execution.candidates import Candidate
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.log import ExecutionLog, Stage
 from pft_exec.execution.preparation import prepare
 from pft_exec.execution.pursuit import GO_ON, Instant, Outcome, Pursuit, Verdict
 from pft_exec.execution.stopping import stop
-from pft_exec.execution.takeover import plan_takeover, tube_compliance
+from pft_exec.execution.takeover import plan_takeover
 from pft_exec.learning import MotionLibrary
 from pft_exec.simulation import World
 
@@ -19,9 +20,8 @@ def pursue(world: World, library: MotionLibrary, supervise, attend=lambda _: Non
     prepare(world, "reach", seed=0)
     tube = library["reach"].flow_tube(world.scene, world.tool())
     loop = ControlLoop(world)
-    takeover = plan_takeover(loop, tube, 0.0, 1.0, np.zeros(7))
-    compliance = tube_compliance(loop, tube, 0.1)
-    outcome = Pursuit(loop, takeover, compliance, supervisors=[lambda _: GO_ON, supervise], attendants=[attend]).run()
+    takeover = plan_takeover(loop, Candidate(loop, tube, softness=0.1), 0.0)
+    outcome = Pursuit(loop, takeover, supervisors=[lambda _: GO_ON, supervise], attendants=[attend]).run()
     if outcome.ending == "stopped":
         stop(loop, outcome.reason)
     return outcome, loop.log.finish(outcome.is_clean, outcome.reason)
