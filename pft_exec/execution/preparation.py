@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from pft_exec.demonstration import Scene
-from pft_exec.description import Setting, draw_setting, random_stream, setting_from
+from pft_exec.description import Setting, draw_setting, nominal_setting, random_stream, setting_from
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution.grasping import set_up_motion
 from pft_exec.execution.guiding import lead_there
 from pft_exec.execution.hand_path import HandPath, plan_hand_paths, resting_posture
+from pft_exec.execution.refusal import refusal
 from pft_exec.geometry import Pose
 from pft_exec.model import solve_inverse_kinematics
 from pft_exec.simulation import World, task_for
@@ -65,10 +66,11 @@ def prepare(
     model = world.arm(name)
     found = solve_inverse_kinematics(model, world.base.inverse() @ setting.start, resting_posture(model))
     if not found.found:
-        raise UnreachableError(
+        reason = (
             f"the {name} arm does not reach the start of {label!r}: the tool stays "
             f"{1e3 * found.position_error:.0f} mm and {found.rotation_error:.2f} rad away from it."
         )
+        raise refusal(world, label, name, setting, reason)
     set_up_motion(world, label, name, setting, found.configuration)
     return setting
 
@@ -94,7 +96,12 @@ def _setting(
         return True
 
     if start is None:
-        return draw_setting(task, label, rng, feasible, objects=objects)
+        try:
+            return draw_setting(task, label, rng, feasible, objects=objects)
+        except UnreachableError as error:
+            if objects is None:
+                raise
+            raise refusal(world, label, arm, nominal_setting(task, label, objects), str(error)) from error
     if objects is None:
         objects = draw_setting(task, label, rng, feasible).objects
     return setting_from(task, label, objects, start)

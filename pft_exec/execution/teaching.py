@@ -13,12 +13,13 @@ import numpy as np
 
 from pft_exec.demonstration import Demonstration, Recorder, Scene
 from pft_exec.demonstration.synthetic import HumanStyle
-from pft_exec.description import Setting, draw_settings, random_stream
+from pft_exec.description import Setting, draw_settings, nominal_setting, random_stream
 from pft_exec.exceptions import LearningError, UnreachableError
 from pft_exec.execution.control_loop import SAMPLE_PERIOD, ControlLoop, Observer
 from pft_exec.execution.grasping import GRIPPER_CLOSED, handles_objects
 from pft_exec.execution.guiding import GuidingFigures, guiding_figures, lead, lead_there, measure_swivel_drift
 from pft_exec.execution.hand_path import Hand, HandPath, plan_hand_paths
+from pft_exec.execution.refusal import refusal
 from pft_exec.simulation import World, check_reach
 
 __all__ = ["GuidingFigures", "teach"]
@@ -100,15 +101,27 @@ def _plan(
     task = world.task_for(arm)
     task.motion(label)
     if scene is not None:
-        check_reach(world.arm(arm), task, label, scene)
+        _check_scene(world, label, arm, scene)
     person = _Planner(world, label, arm, random_stream(seed, "teach", label, arm, "person"), style)
     placing = random_stream(seed, "teach", label, arm, "placement")
     try:
         objects = None if scene is None else scene.objects
         settings = draw_settings(task, label, count, placing, person.accepts, objects=objects)
     except UnreachableError as error:
-        raise UnreachableError(f"{error} {person.refusal}".rstrip()) from error
+        reason = f"{error} {person.refusal}".rstrip()
+        if scene is None:
+            raise UnreachableError(reason) from error
+        raise refusal(world, label, arm, nominal_setting(task, label, scene.objects), reason) from error
     return [(setting, person.plans[id(setting)]) for setting in settings]
+
+
+def _check_scene(world: World, label: str, arm: str, scene: Scene) -> None:
+    """Refuse a scene of the user's that the arm does not reach."""
+    task = world.task_for(arm)
+    try:
+        check_reach(world.arm(arm), task, label, scene)
+    except UnreachableError as error:
+        raise refusal(world, label, arm, nominal_setting(task, label, scene.objects), str(error)) from error
 
 
 class _Planner:
