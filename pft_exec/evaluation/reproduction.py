@@ -14,7 +14,7 @@ from pft_exec.evaluation.methods import METHODS
 from pft_exec.evaluation.protocol import Progress, silent
 from pft_exec.evaluation.reach import evaluate_reach
 from pft_exec.evaluation.real import SETS, Condition, evaluate_set
-from pft_exec.evaluation.table3 import CENTERED, table3
+from pft_exec.evaluation.table3 import table3
 from pft_exec.evaluation.tables import TableResult, table1, table2
 from pft_exec.exceptions import StorageError, UnknownNameError
 
@@ -140,8 +140,8 @@ def _table3(request: _Request) -> _Part:
 
     def draw(folder: Path) -> None:
         for result in results:
-            kind = "centered" if result.condition == CENTERED else "varied"
-            pictures.draw_confusions(tuple(result.summaries.values()), folder / f"table3_{kind}_confusion.png")
+            name = result.condition.replace(", ", "_").replace(" ", "_")
+            pictures.draw_confusions(tuple(result.summaries.values()), folder / f"table3_{name}_confusion.png")
 
     return _Part(tables, [result.to_dict() for result in results], draw)
 

@@ -21,8 +21,8 @@ from pft_exec.evaluation.lessons import Lesson, described, give_lessons
 from pft_exec.evaluation.measurements import found_relations
 from pft_exec.evaluation.methods import expected_conflicts
 from pft_exec.evaluation.protocol import Progress, silent
-from pft_exec.evaluation.task_rollouts import DRAWN, MIRRORED, Rollout, RolloutResult, run_rollout
 from pft_exec.evaluation.task_report import write_report
+from pft_exec.evaluation.task_rollouts import DRAWN, MIRRORED, Rollout, RolloutResult, run_rollout
 from pft_exec.exceptions import PFTError, StorageError, UnknownArmError
 from pft_exec.learning import MotionLibrary, learn_library, learn_motion
 from pft_exec.model import load_robot

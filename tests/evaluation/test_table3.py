@@ -12,7 +12,7 @@ from pft_exec.demonstration import Demonstration
 from pft_exec.description import load_task
 from pft_exec.evaluation import table3 as subject
 from pft_exec.evaluation.lessons import Lesson
-from pft_exec.evaluation.table3 import CENTERED, MOTIONS, PUBLISHED, VARIED, centered, table3, with_bystanders
+from pft_exec.evaluation.table3 import CONDITIONS, MOTIONS, PUBLISHED, centered, table3, with_bystanders
 
 
 def trial(lesson: Lesson, number: int) -> Demonstration:
@@ -42,9 +42,10 @@ def test_published_figures_are_those_of_the_paper() -> None:
 
 
 def test_a_centered_recording_begins_at_the_origin_and_has_no_objects() -> None:
-    before = trial(Lesson("wam", "cable", "wind", 0), 0)
+    before = trial(Lesson("wam", "cable", "wind", 0), 0).segment(5, 30)
     after = centered(before)
     assert np.array_equal(after.position[0], np.zeros(3))
+    assert after.time[0] == 0.0
     assert np.allclose(after.position - after.position[0], before.position - before.position[0])
     assert not after.objects
 
@@ -62,7 +63,7 @@ def test_every_task_s_objects_are_in_a_varied_scene_and_its_own_stay() -> None:
 def test_each_half_is_tested_by_the_other(tmp_path: Path) -> None:
     """Ten trials of five motions, two ways: 50 tests a seed; lines in five directions are told apart."""
     results = table3(seeds=1, folder=tmp_path)
-    assert [result.condition for result in results] == [CENTERED, VARIED]
+    assert [result.condition for result in results] == list(CONDITIONS)
     for result in results:
         assert set(result.summaries) == set(subject.METHODS)
         row = result.table()[0]
