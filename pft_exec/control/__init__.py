@@ -23,7 +23,7 @@ Further objectives add to the sum, further constraints to the rows; a solver is 
 from pft_exec.control.avoidance import Avoidance
 from pft_exec.control.command import Command
 from pft_exec.control.compliance import Compliance, compute_compliance, constant_compliance, operational_stiffness
-from pft_exec.control.gravity_compensation import GravityCompensation
+from pft_exec.control.gravity_compensation import GravityCompensation, stop_damping
 from pft_exec.control.joint_trajectory import JointTrajectory, plan_joint_trajectory
 from pft_exec.control.limits import Constraint, acceleration_bounds, torque_constraint
 from pft_exec.control.objectives import Objective, posture_objective, tool_objective
@@ -60,6 +60,7 @@ __all__ = [
     "operational_stiffness",
     "plan_joint_trajectory",
     "posture_objective",
+    "stop_damping",
     "smooth_tube",
     "tool_objective",
     "torque_constraint",

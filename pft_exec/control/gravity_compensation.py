@@ -35,6 +35,10 @@ WALL_SHARE = 0.5
 """Share of a joint's torque limit that the wall pushes with at the soft limit itself."""
 WALL_DAMPING = 2.0
 """N m s/rad; of motion into the wall, so that the arm is not thrown back."""
+STOP_SHARE = 0.2
+"""Share of its torque limit with which a joint that turns at 1 rad/s is braked in a stop."""
+STABLE_SHARE = 0.3
+"""Share of a joint's speed that damping takes away in a control period at most: more swings, delayed by a period."""
 
 
 class GravityCompensation:
@@ -43,13 +47,17 @@ class GravityCompensation:
     Parameters
     ----------
     arm : Arm
-    damping : float or None, N m s/rad
-        Of every joint, and nothing else: for stops. None is for a hand that leads (`guiding_torque`).
+    damping : float, (n,) or None, N m s/rad
+        Of every joint, and nothing else: for stops (`stop_damping`). None is for a hand that leads (`guiding_torque`).
+        Less where the joint's inertia is too small for it.
+    period : float, s
+        For which a torque is held.
     """
 
-    def __init__(self, arm: Arm, damping: float | None = None) -> None:
+    def __init__(self, arm: Arm, damping: float | Array | None = None, period: float = 0.001) -> None:
         self.arm = arm
         self.damping = damping
+        self.period = period
         self._zero = np.zeros(len(arm.joint_names))
         self._last = self._zero
         self._lowest, self._highest = arm.limits.lower + WALL_MARGIN, arm.limits.upper - WALL_MARGIN
@@ -87,11 +95,12 @@ class GravityCompensation:
     def _command(self, q: Array, v: Array, status: str) -> Command:
         limit = self.arm.limits.torque
         still = self.arm.dynamics(q, self._zero)
-        torque = still.bias - self.arm.counterbalance(q) - self.wall_torque(q, v)
+        stable = STABLE_SHARE / self.period / np.diag(np.linalg.inv(still.mass_matrix))
+        torque = still.bias - self.arm.counterbalance(q) - self.wall_torque(q, v, stable)
         if self.damping is None:
             torque += guiding_torque(self.arm.friction, v, still.jacobian)
         else:
-            torque -= self.damping * v
+            torque -= np.minimum(self.damping, stable) * v
         return Command(
             torque=np.minimum(np.maximum(torque, -limit), limit),
             acceleration=self._zero,
@@ -108,15 +117,29 @@ class GravityCompensation:
             fallback=False,
         )
 
-    def wall_torque(self, q: Array, v: Array) -> Array:
-        """Torque (n,), N m, towards the soft limits that the walls before them take away."""
+    def wall_torque(self, q: Array, v: Array, stable: Array | float = np.inf) -> Array:
+        """Torque (n,), N m, towards the soft limits that the walls before them take away.
+
+        Parameters
+        ----------
+        q, v : (n,), rad, rad/s
+        stable : (n,), N m s/rad
+            Most damping that each joint bears.
+        """
         above, below = q - self._highest, self._lowest - q
         if max(above.max(), below.max()) <= 0.0:
             return self._zero
         depth = np.maximum(above, 0.0) - np.maximum(below, 0.0)
         outward = np.where(depth * v > 0.0, v, 0.0)
-        wall: Array = WALL_SHARE * self.arm.limits.torque / WALL_MARGIN * depth + WALL_DAMPING * outward
+        damping = np.minimum(WALL_DAMPING, stable)
+        wall: Array = WALL_SHARE * self.arm.limits.torque / WALL_MARGIN * depth + damping * outward
         return wall
+
+
+def stop_damping(arm: Arm) -> Array:
+    """Damping (n,), N m s/rad, that brings an arm to rest, and keeps it slow under a load that no model knows."""
+    damping: Array = STOP_SHARE * arm.limits.torque
+    return damping
 
 
 def guiding_torque(friction: JointFriction, v: Array, jacobian: Array) -> Array:

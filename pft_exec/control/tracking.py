@@ -13,13 +13,14 @@ from pft_exec.control.avoidance import Avoidance, Nearness
 from pft_exec.control.command import Command
 from pft_exec.control.compliance import Compliance
 from pft_exec.control.friction import friction_torque
-from pft_exec.control.gravity_compensation import GravityCompensation, guiding_torque
+from pft_exec.control.gravity_compensation import GravityCompensation, guiding_torque, stop_damping
 from pft_exec.control.limits import acceleration_bounds, torque_constraint
 from pft_exec.control.objectives import Objective, posture_objective, tool_objective
 from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
 from pft_exec.control.reference import JointReference, Reference
 from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tool_target import ToolTarget, tool_target
+from pft_exec.control.weight import WeightEstimate, weight_torque
 from pft_exec.exceptions import ControlError
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, ArmDynamics, Obstacle
@@ -28,8 +29,6 @@ POSTURE_STIFFNESS = 100.0
 """1/s^2; of the joints about their reference, in what the tool leaves open; critically damped."""
 BLENDING_TIME = 0.075
 """s; friction feed-forward comes in and the damping of teaching goes out over this time."""
-FALLBACK_DAMPING = 2.0
-"""N m s/rad; a stop, so more than in teaching."""
 ACTIVE = 1e-9
 """A multiplier above this makes its row active."""
 
@@ -46,6 +45,8 @@ class TrackingController:
         "daqp", "osqp", any other that qpsolvers has installed, or one of the caller's own.
     self_collision : bool
         Whether links keep off the robot's body and off each other; obstacles are for `avoid`.
+    weigh : bool
+        Whether a weight that the model does not know is estimated and held; see `WeightEstimate`.
 
     Raises
     ------
@@ -61,6 +62,7 @@ class TrackingController:
         control_period: float = 0.001,
         solver: str | Solver = "daqp",
         self_collision: bool = False,
+        weigh: bool = True,
     ) -> None:
         if not control_period > 0.0:
             raise ControlError(f"the control period must be positive, s; got {control_period}.")
@@ -69,7 +71,8 @@ class TrackingController:
         self._solver: Solver = load_solver(solver) if isinstance(solver, str) else solver
         self._avoidance = Avoidance(arm, self_collision) if self_collision else None
         self._self_collision = self_collision
-        self._fallback = GravityCompensation(arm, FALLBACK_DAMPING)
+        self._weight = WeightEstimate(arm) if weigh else None
+        self._fallback = GravityCompensation(arm, stop_damping(arm), control_period)
         self._reference: Reference | None = None
         self._compliance: Compliance | None = None
         self._since = 0.0
@@ -125,6 +128,8 @@ class TrackingController:
         arm.check_configuration(self.arm.limits.lower)
         self._before, self.arm, self._carried_since = self.arm, arm, since
         self._fallback.carry(arm)
+        if self._weight is not None:
+            self._weight.restart(arm)
 
     def update(self, time: float, q: Array, v: Array) -> Command:
         """Command for one control period; whatever is measured and whatever the solver does, a command comes back.
@@ -142,22 +147,41 @@ class TrackingController:
         reference = self._reference(time - self._since)
         tool = tool_target(self.arm, reference)
         dynamics = self.arm.dynamics(q, v)
-        load = dynamics.bias - self.arm.counterbalance(q) + self._weight_to_come(time, q)
-        load += self._blended(time, reference.velocity, v, dynamics.jacobian)
+        known = self._known_load(time, reference, dynamics, q, v)
+        load = known if self._weight is None else known + weight_torque(self._weight.update(time, v), dynamics.jacobian)
         error = tool.error(dynamics)
-        tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics)
-        posture = posture_objective(posture_acceleration(reference, q, v))
+        objectives = {
+            "tracking": self._tracking(self._compliance, reference.phase, tool, error, dynamics),
+            "posture": posture_objective(posture_acceleration(reference, q, v)),
+        }
         near = None if self._avoidance is None else self._avoidance.near(self.arm, q, v, time)
-        program = self._program(tracking + posture, dynamics, load, q, v, near)
+        program = self._program(_sum(objectives), dynamics, load, q, v, near)
         begin = perf_counter()
         solution = self._solver.solve(program)
         solve_time = perf_counter() - begin
         if not (solution.found and np.isfinite(solution.x).all()):
             return self._stop(time, q, v, f"no solution: {solution.status}")
-        costs = {"tracking": tracking.cost(solution.x), "posture": posture.cost(solution.x)}
         torque = dynamics.mass_matrix @ solution.x + load
-        command = self._command(torque, solution, reference, tool, error, costs, solve_time)
-        return command if near is None else replace(command, **_closeness(near, solution))
+        command = self._command(torque, solution, reference, tool, error)
+        self._remember(time, v, dynamics, known - command.torque)
+        closeness = {} if near is None else _closeness(near, solution)
+        costs = {name: objective.cost(solution.x) for name, objective in objectives.items()}
+        return replace(command, costs=costs, solve_time=solve_time, **closeness)
+
+    def _known_load(self, time: float, reference: JointReference, dynamics: ArmDynamics, q: Array, v: Array) -> Array:
+        """What the motors must hold besides inertia, as far as the model knows, (n,), N m."""
+        held = dynamics.bias - self.arm.counterbalance(q) + self._weight_to_come(time, q)
+        load: Array = held + self._blended(time, reference.velocity, v, dynamics.jacobian)
+        return load
+
+    def _remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
+        """Keep what the estimate of the weight needs; not while two controllers are blended."""
+        if self._weight is None:
+            return
+        if time - max(self._blend_since, self._carried_since) < BLENDING_TIME:
+            self._weight.forget()
+        else:
+            self._weight.remember(time, v, dynamics, missing)
 
     def _program(
         self, objective: Objective, dynamics: ArmDynamics, load: Array, q: Array, v: Array, near: Nearness | None
@@ -200,8 +224,6 @@ class TrackingController:
         reference: JointReference,
         tool: ToolTarget,
         error: Array,
-        costs: Mapping[str, float],
-        solve_time: float,
     ) -> Command:
         limit, size = self.arm.limits.torque, len(torque)
         active = np.abs(solution.multipliers) > ACTIVE
@@ -219,13 +241,20 @@ class TrackingController:
             bound_active=active[:size],
             status=solution.status,
             fallback=False,
-            costs=costs,
-            solve_time=solve_time,
             iterations=solution.iterations,
         )
 
     def _stop(self, time: float, q: Array, v: Array, status: str) -> Command:
+        if self._weight is not None:
+            self._weight.forget()
         return replace(self._fallback.update(time, q, v, status), fallback=True)
+
+
+def _sum(objectives: Mapping[str, Objective]) -> Objective:
+    first, *others = objectives.values()
+    for objective in others:
+        first = first + objective
+    return first
 
 
 def _closeness(near: Nearness, solution: Solution) -> dict[str, Any]:

@@ -1,0 +1,94 @@
+r"""The weight that the arm carries and its model does not know: estimated slowly, within bounds, and held.
+
+What the joints do and what was commanded differ by the torque of forces from outside,
+
+.. math:: \rho = M \frac{\Delta \dot q}{\Delta t} + h + f - \tau = J^T F ,
+
+from which the wrench F at the tool follows by least squares, each joint weighed by its friction, which is what is
+known worst. Its vertical part is a weight, if it lasts: a low pass of a second, between bounds. A person's force is
+meant to move the arm and must not be cancelled: the horizontal parts and the moments are left alone, and while a
+horizontal force of more than a few newtons is felt somebody is there, and the estimate rests. Derivation ours.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pft_exec.geometry import Array
+from pft_exec.model import Arm, ArmDynamics
+
+GRAVITY = 9.81
+"""m/s^2."""
+TIME_CONSTANT = 1.0
+"""s; of the estimate: far longer than a push, far shorter than a motion."""
+FEELING_TIME = 0.05
+"""s; of the wrench by which a person is told from a weight."""
+HORIZONTAL = 4.0
+"""N; a horizontal force above this is a person's."""
+BOUNDS = (-0.25, 0.75)
+"""kg; a weight beyond these is not believed."""
+_LEAST_FRICTION = 0.1  # N m; of a joint whose friction the model states as less
+
+
+class WeightEstimate:
+    """Estimates what mass, kg, the tool carries besides the model's.
+
+    Parameters
+    ----------
+    arm : Arm
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        self.restart(arm)
+
+    def restart(self, arm: Arm) -> None:
+        """Forget everything: another model, or another task."""
+        self.mass = 0.0
+        self.force = np.zeros(3)
+        self._weights = 1.0 / (arm.friction.coulomb + _LEAST_FRICTION) ** 2
+        self._before: tuple[float, Array, ArmDynamics, Array] | None = None
+
+    def remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
+        """Remember a control period.
+
+        Parameters
+        ----------
+        time : float, s
+        v : (n,), rad/s
+            At its beginning.
+        dynamics : ArmDynamics
+        missing : (n,), N m
+            Bias, less counterbalance, plus friction, less the torque that was commanded.
+        """
+        self._before = (time, v, dynamics, missing)
+
+    def forget(self) -> None:
+        """The period that follows cannot be judged: somebody else moves the arm."""
+        self._before = None
+
+    def update(self, time: float, v: Array) -> float:
+        """Mass, kg, after the velocity (n,), rad/s, that the remembered period led to."""
+        if self._before is None or not 0.0 < time - self._before[0] < FEELING_TIME:
+            return self.mass
+        begin, before, dynamics, missing = self._before
+        period = time - begin
+        force = self._force(dynamics.jacobian, dynamics.mass_matrix @ ((v - before) / period) + missing)
+        self.force += min(1.0, period / FEELING_TIME) * (force - self.force)
+        if np.hypot(self.force[0], self.force[1]) < HORIZONTAL:
+            found = min(max(-self.force[2] / GRAVITY, BOUNDS[0]), BOUNDS[1])
+            self.mass += period / TIME_CONSTANT * (found - self.mass)
+        return self.mass
+
+    def _force(self, jacobian: Array, residual: Array) -> Array:
+        """Force (3,), N, of the wrench at the tool that explains a joint torque (n,), N m, best."""
+        weighted = jacobian * self._weights
+        square = weighted @ jacobian.T
+        damping = np.diag(1e-4 * np.diag(square) + 1e-9)
+        force: Array = np.linalg.solve(square + damping, weighted @ residual)[:3]
+        return force
+
+
+def weight_torque(mass: float, jacobian: Array) -> Array:
+    """Torque (n,), N m, that holds a mass, kg, at the tool of a Jacobian (6, n)."""
+    torque: Array = mass * GRAVITY * jacobian[2]
+    return torque

@@ -1,0 +1,73 @@
+"""The estimate of an unknown weight: found within a second, never a person's force, bounded, calm with noise."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pft_exec.control import TrackingController, constant_compliance, holding
+from pft_exec.control.weight import BOUNDS, WeightEstimate, weight_torque
+from tests.control.plant import Plant
+
+PERIOD = 0.002
+
+
+def swaying(start):
+    """A slow motion of all joints about a configuration, so that friction does not hide a weight."""
+
+    def at(time):
+        still = holding(start)(time)
+        amplitude, rate = 0.1, 2.0
+        wave = amplitude * (1.0 - np.cos(rate * time))
+        return type(still)(
+            start + wave,
+            np.full(7, amplitude * rate * np.sin(rate * time)),
+            np.full(7, amplitude * rate**2 * np.cos(rate * time)),
+        )
+
+    return at
+
+
+def mass_after(arm, start, duration, payload=0.0, force=(0.0, 0.0, 0.0)):
+    controller = TrackingController(arm, PERIOD)
+    controller.follow(swaying(start), constant_compliance(200.0), 0.0, blend=False)
+    plant = Plant(arm, start, payload=payload)
+    for step in range(round(duration / PERIOD)):
+        command = controller.update(PERIOD * step, plant.q, plant.v)
+        for _ in range(2):
+            plant.step(command.torque, force)
+    return controller._weight.mass
+
+
+def test_half_a_kilogram_is_found_within_three_seconds(arm, start):
+    assert mass_after(arm, start, 3.0, payload=0.5) == pytest.approx(0.5, abs=0.08)
+
+
+def test_no_weight_is_found_where_there_is_none(arm, start):
+    assert abs(mass_after(arm, start, 2.0)) <= 0.05
+
+
+def test_a_force_from_the_side_is_left_to_the_person(arm, start):
+    assert abs(mass_after(arm, start, 2.0, force=(0.0, 10.0, -5.0))) <= 0.05
+
+
+def test_a_weight_beyond_its_bounds_is_not_believed(arm, start):
+    assert mass_after(arm, start, 4.0, force=(0.0, 0.0, -30.0)) <= BOUNDS[1]
+
+
+def test_a_short_vertical_push_is_hardly_cancelled(arm, start):
+    """10 N for 0.3 s count as less than a third of the mass that they would weigh."""
+    assert mass_after(arm, start, 0.3, force=(0.0, 0.0, -10.0)) <= 0.33
+
+
+def test_the_torque_of_a_mass_is_that_of_a_payload(arm, start):
+    expected = arm.with_payload(0.4).gravity(start) - arm.gravity(start)
+    np.testing.assert_allclose(weight_torque(0.4, arm.jacobian(start)), expected, atol=1e-9)
+
+
+def test_a_pause_is_not_judged(arm, start):
+    estimate = WeightEstimate(arm)
+    estimate.remember(0.0, np.zeros(7), arm.dynamics(start, np.zeros(7)), np.ones(7))
+    assert estimate.update(1.0, np.ones(7)) == 0.0
+    estimate.forget()
+    assert estimate.update(0.001, np.ones(7)) == 0.0
