@@ -6,16 +6,16 @@ import time
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.evaluation.trace import Classifier, Learn, Trace
+from pft_exec.evaluation.trace import Classifier, Learn, Trace, grouped
 from pft_exec.exceptions import UnknownMethodError
-from pft_exec.learning import MotionLibrary, learn_library
+from pft_exec.learning import Motion, MotionLibrary, learn_library, learn_motion
 from pft_exec.recognition import OnlineRecognizer
 
 
@@ -29,16 +29,18 @@ def expected_conflicts() -> Iterator[None]:
 
 @dataclass(frozen=True, eq=False)
 class TubeClassifier:
-    """Flow tubes made for the scene and the start of each recording, and the online recognizer over them."""
+    """Flow tubes made for the scene and the start of each recording, and the online recognizer over them.
+
+    Recordings one after another that share scene and start share tubes and recognizer; those are kept in `_made`.
+    """
 
     library: MotionLibrary
     method: str
+    _made: dict[tuple[Any, ...], OnlineRecognizer] = field(default_factory=dict)
 
     def recognize(self, demonstration: Demonstration) -> Trace:
         """Tubes for the scene at the first sample; then one sample at a time."""
-        with expected_conflicts():
-            tubes = self.library.flow_tubes(demonstration.scene, demonstration.start)
-        recognizer = OnlineRecognizer(tubes, method=self.method)
+        recognizer = self._recognizer(demonstration)
         quaternions = demonstration.quaternion
         begin = time.perf_counter()
         beliefs = [
@@ -50,21 +52,42 @@ class TubeClassifier:
             for t in range(len(demonstration))
         ]
         seconds = (time.perf_counter() - begin) / len(demonstration)
-        labels = tuple(tubes)
         return Trace(
-            labels,
-            np.array([[belief.log_likelihood[label] for label in labels] for belief in beliefs]),
-            np.array([[belief.probability[label] for label in labels] for belief in beliefs]),
+            recognizer.labels,
+            np.array([list(belief.log_likelihood.values()) for belief in beliefs]),
+            np.array([list(belief.probability.values()) for belief in beliefs]),
             np.array([belief.unknown for belief in beliefs]),
             seconds,
         )
 
+    def _recognizer(self, demonstration: Demonstration) -> OnlineRecognizer:
+        scene, start = demonstration.scene, demonstration.start
+        poses = [("", start), *scene.objects.items()]
+        key = tuple((name, pose.position.tobytes(), pose.quaternion.tobytes()) for name, pose in poses)
+        if key not in self._made:
+            self._made.clear()
+            with expected_conflicts():
+                tubes = self.library.flow_tubes(scene, start)
+            self._made[key] = OnlineRecognizer(tubes, method=self.method)
+        self._made[key].restart()
+        return self._made[key]
+
 
 def learn_tubes(demonstrations: Sequence[Demonstration], learning: str, recognition: str) -> TubeClassifier:
-    """Learn a library; its tubes are made anew for each recording."""
-    options = published_options(demonstrations) if learning == "dong2012" else {}
+    """Learn a library; its tubes are made anew for each scene and start."""
     with expected_conflicts():
-        return TubeClassifier(learn_library(demonstrations, method=learning, **options), recognition)
+        if learning == "dong2012":
+            library = learn_library(demonstrations, method=learning, **published_options(demonstrations))
+        else:
+            groups = grouped(demonstrations).items()
+            library = MotionLibrary({label: _learn_motion(tuple(group), learning) for label, group in groups})
+    return TubeClassifier(library, recognition)
+
+
+@lru_cache(maxsize=64)
+def _learn_motion(demonstrations: tuple[Demonstration, ...], learning: str) -> Motion:
+    """Learn one motion; a library without another of its motions need not learn this one anew."""
+    return learn_motion(demonstrations, learning)
 
 
 def published_options(demonstrations: Sequence[Demonstration]) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from joblib import Parallel, delayed
 
 from pft_exec.demonstration import Demonstration, convert_recordings
 from pft_exec.evaluation.methods import method_named
@@ -173,6 +174,7 @@ def evaluate_set(
     unknown_splits: int = 2,
     unknown_methods: Sequence[str] | None = None,
     progress: Progress = silent,
+    jobs: int = 1,
 ) -> RealResult:
     """Recognize one set with each method over random splits.
 
@@ -191,25 +193,49 @@ def evaluate_set(
     unknown_methods : sequence of str or None
         Which methods are asked that; None asks all.
     progress : callable
+    jobs : int
+        Splits that are judged at the same time, each by a process of its own.
     """
     condition = condition or Condition()
     demonstrations = load_set(folder, name, condition)
-    scores: dict[str, list[Score]] = {method: [] for method in methods}
-    unknown: dict[str, tuple[list[float], list[float]]] = {method: ([], []) for method in methods}
-    asked = methods if unknown_methods is None else unknown_methods
-    for seed in range(splits):
-        train, tests = split(demonstrations, seed)
-        for place, method in enumerate(methods):
-            done = (seed + place / len(methods)) / splits
-            progress(f"{name}, {condition.name}, split {seed + 1} of {splits}: {method}", done)
-            learn = method_named(method)
-            scores[method].append(score(traces(learn(train), tests), [test.label for test in tests]))
-            if seed < unknown_splits and method in asked:
-                half, end = strange_motions(learn, train, tests, seed)
-                unknown[method][0].append(half)
-                unknown[method][1].append(end)
-    summaries = {method: Summary(method, tuple(values)) for method, values in scores.items()}
-    return RealResult(name, condition, summaries, unknown if unknown_splits else {})
+    asked = tuple(methods if unknown_methods is None else unknown_methods)
+    work = (
+        delayed(_judge_split)(demonstrations, methods, asked if seed < unknown_splits else (), seed)
+        for seed in range(splits)
+    )
+    judged = []
+    for one in Parallel(n_jobs=jobs, return_as="generator")(work):
+        judged.append(one)
+        progress(f"{name}, {condition.name}: {len(judged)} of {splits} splits", len(judged) / splits)
+    summaries = {method: Summary(method, tuple(one[method].score for one in judged)) for method in methods}
+    return RealResult(name, condition, summaries, {method: _areas(judged, method) for method in asked})
+
+
+@dataclass(frozen=True, eq=False)
+class _Judgment:
+    """How one method did on one split; `areas` are the AUROC of strange motions half way and at the end, if asked."""
+
+    score: Score
+    areas: tuple[float, float] | None
+
+
+def _judge_split(
+    demonstrations: Sequence[Demonstration], methods: Sequence[str], asked: Sequence[str], seed: int
+) -> dict[str, _Judgment]:
+    train, tests = split(demonstrations, seed)
+    truth = [test.label for test in tests]
+    judgments = {}
+    for method in methods:
+        learn = method_named(method)
+        areas = strange_motions(learn, train, tests, seed) if method in asked else None
+        judgments[method] = _Judgment(score(traces(learn(train), tests), truth), areas)
+    return judgments
+
+
+def _areas(judged: Sequence[Mapping[str, _Judgment]], method: str) -> tuple[list[float], list[float]]:
+    areas = [one[method].areas for one in judged]
+    found = [pair for pair in areas if pair is not None]
+    return [half for half, _ in found], [end for _, end in found]
 
 
 def strange_motions(

@@ -24,7 +24,8 @@ DRAWS_A_SEED = 4  # of the teaching demonstrations of reach_target; medians sett
 REAL_METHODS = tuple(name for name in METHODS if name != "HMM, ergodic")
 POSED = "robottasks9"  # the set that has orientations; only the tubes use them
 LARGEST = "letters2d"  # 26 motions, so 26 libraries a split to leave each out once: only where learning is quick
-QUICK_METHODS = ("robust, phase", "dong2012", "DTW neighbor", "DTW neighbor, direction")
+QUICK_METHODS = ("robust, phase", "DTW neighbor", "DTW neighbor, direction")
+BLIND = "dong2012"  # the published method has no hypothesis for an unknown motion: there is nothing to ask
 TUBE_METHODS = ("robust, phase", "dong2012")
 
 Rows = Sequence[Mapping[str, Any]]
@@ -46,7 +47,7 @@ def reproduce(
     progress : callable
         Takes the stage and the share that is done, in [0, 1].
     jobs : int
-        Processes that teach, where a robot is taught.
+        Processes that teach, where a robot is taught, or judge splits of the recordings.
 
     Returns
     -------
@@ -173,8 +174,10 @@ def _real(request: _Request) -> _Part:
     details: dict[str, Any] = {"recognition": []}
     for place, (name, condition, methods) in enumerate(runs):
         share = _share_of(progress, place, len(runs) + 1)
-        unknown_splits, asked = (1, QUICK_METHODS) if name == LARGEST else (UNKNOWN_SPLITS, None)
-        result = evaluate_set(folder, name, methods, SPLITS_A_SEED * seeds, condition, unknown_splits, asked, share)
+        asking = [method for method in methods if method != BLIND]
+        unknown_splits, asked = (1, QUICK_METHODS) if name == LARGEST else (UNKNOWN_SPLITS, asking)
+        splits = SPLITS_A_SEED * seeds
+        result = evaluate_set(folder, name, methods, splits, condition, unknown_splits, asked, share, request.jobs)
         tables[f"{name}, {condition.name}, %"] = result.table()
         details["recognition"].append(result.to_dict())
     reach = evaluate_reach(folder, draws=DRAWS_A_SEED * seeds, progress=_share_of(progress, len(runs), len(runs) + 1))

@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from pft_exec.demonstration import Demonstration
+from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.evaluation.baselines.hmm import TiedMixtureHMM, learn_hmm
 from pft_exec.evaluation.baselines.nearest_neighbor import learn_nearest_neighbor, open_end_costs, warped_distance
 from pft_exec.evaluation.baselines.promp import learn_promp
-from pft_exec.evaluation.methods import METHODS, OPTIONAL_METHODS, method_named
+from pft_exec.evaluation.benchmarks import synthetic_demonstrations
+from pft_exec.evaluation.methods import METHODS, OPTIONAL_METHODS, learn_tubes, method_named
 from pft_exec.evaluation.trace import moving_axes
 from pft_exec.exceptions import UnknownMethodError
+from pft_exec.learning import learn_library
 
 ALL = (*METHODS, *OPTIONAL_METHODS)
 
@@ -197,3 +199,31 @@ def test_promp_prefixes_have_the_likelihood_of_their_gaussian(train: list[Demons
 def test_promp_bears_uneven_sampling(train: list[Demonstration]) -> None:
     uneven = replace(train[0], time=np.sort(np.random.default_rng(1).uniform(0.0, 2.0, 40)))
     assert learn_promp(train).recognize(uneven).leading[-1] == "over"
+
+
+def test_a_library_without_a_motion_is_what_learning_the_others_alone_gives() -> None:
+    """Motions that were learned before are taken again only where nothing else would come out."""
+    demonstrations = synthetic_demonstrations(3, 0, 3, 40, pose=False)
+    whole = learn_tubes(demonstrations, "robust", "phase").library
+    part = learn_tubes(demonstrations[3:], "robust", "phase").library
+    fresh = learn_library([replace(item) for item in demonstrations[3:]])
+    assert part.labels == fresh.labels == whole.labels[1:]
+    assert part["motion 1"] is whole["motion 1"]
+    start = demonstrations[4].start
+    for label in fresh:
+        first, second = (library[label].flow_tube(Scene(), start) for library in (part, fresh))
+        np.testing.assert_array_equal(first.position, second.position)
+        np.testing.assert_array_equal(first.covariance, second.covariance)
+
+
+@pytest.mark.parametrize("method", ["robust, phase", "dong2012"])
+def test_recordings_that_share_their_start_share_tubes_and_change_no_answer(method: str) -> None:
+    demonstrations = synthetic_demonstrations(3, 1, 3, 40, pose=False)
+    moved = [replace(item, position=item.position - item.position[0]) for item in demonstrations]
+    classifier = method_named(method)(moved)
+    classifier.recognize(moved[0])
+    again, alone = classifier.recognize(moved[4]), method_named(method)(moved).recognize(moved[4])
+    np.testing.assert_array_equal(again.probability, alone.probability)
+    np.testing.assert_array_equal(again.unknown, alone.unknown)
+    other = classifier.recognize(demonstrations[4])
+    assert not np.array_equal(other.log_likelihood, again.log_likelihood)
