@@ -1,235 +1,295 @@
-"""One rollout: a learned motion executed in a scene that nobody taught, and what was measured of it."""
+"""Rollouts with random faults: one short run each, all of it drawn from one seed, and what became of it.
+
+Two robots stand free, without a table in the way; a library learned from synthetic people gives short tubes. A rollout
+draws robot, posture, motion, how wrong the model is, and one or two faults, and runs. What is judged is the plant: its
+joints as they are, not as the encoders say.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from functools import lru_cache
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
 
 import numpy as np
 
-from pft_exec.description import TaskDescription, load_task, random_stream
-from pft_exec.evaluation.measurements import beyond
-from pft_exec.evaluation.methods import expected_conflicts
-from pft_exec.exceptions import UnreachableError
-from pft_exec.execution import ExecutionLog, execute, prepare
-from pft_exec.execution.log import Stage
-from pft_exec.geometry import Array, geodesic_distance
-from pft_exec.learning import FlowTube, MotionLibrary
-from pft_exec.model import JointLimits, load_robot
-from pft_exec.report.film import FPS, Scenes
-from pft_exec.report.video import write_video
-from pft_exec.simulation import View, World, default_arm, render_states
+from pft_exec.demonstration import Demonstration, Scene
+from pft_exec.demonstration.synthetic import human_path
+from pft_exec.description import load_task, random_stream
+from pft_exec.execution import ExecutionLog, execute
+from pft_exec.execution.faults import Fault, draw_fault
+from pft_exec.geometry import Pose
+from pft_exec.learning import MotionLibrary, learn_library
+from pft_exec.model import Arm
+from pft_exec.simulation import ORDINARY, Mismatch, World
 
-DRAWN, MIRRORED = "drawn", "mirrored"
-"""Scenes drawn for the arm, and mirror images of those drawn for the taught arm."""
+ROBOTS = {"pr2": "right", "wam": "arm"}
+CONTROL_PERIOD, PHYSICS_STEP = 2e-3, 1e-3
+LABELS = ("raise", "sweep", "tilt")
+DURATION = 1.2
+"""s; about how long a tube is."""
+KINDS = (
+    "none",
+    "solver_fails",
+    "solver_nan",
+    "encoder_spike",
+    "encoder_jump",
+    "encoder_nan",
+    "encoder_frozen",
+    "gripper_opens",
+    "push",
+    "payload",
+    "saturation",
+    "beyond_reach",
+)
+"""Faults of these rollouts; those of the recognizer's stream need a hand that leads."""
+TOLERANCE = 1e-6
+"""Share by which rounding may pass a limit."""
+_STRIDE = np.array([0.12, 0.12, 0.1])
+"""m; how far a motion goes along each axis at most."""
+_UNEXPECTED = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    LookupError,
+    OSError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+)
 
-TILE = (240, 180)  # pixels; of the picture of an end
-FRAME = (640, 480)  # pixels; of a film
+
+@dataclass(frozen=True)
+class Plan:
+    """What a rollout does, drawn from its seed.
+
+    Parameters
+    ----------
+    seed : int
+    robot, label : str
+    posture : tuple of float, rad
+        Added to the arm's posture for teaching.
+    mismatch : Mismatch
+    faults : tuple of Fault
+    """
+
+    seed: int
+    robot: str
+    label: str
+    posture: tuple[float, ...]
+    mismatch: Mismatch
+    faults: tuple[Fault, ...]
 
 
 @dataclass(frozen=True)
 class Rollout:
-    """What is to be executed.
+    """What became of a plan.
 
     Parameters
     ----------
-    robot, task : str
-        Names or paths.
-    tool : str or None
-        Attachment of the robot.
-    label, arm : str
-    kind : "drawn" or "mirrored"
-    number : int
-        Of the scene.
     seed : int
-        Of the study.
-    """
-
-    robot: str
-    task: str
-    tool: str | None
-    label: str
-    arm: str
-    kind: str
-    number: int
-    seed: int
-
-    @property
-    def name(self) -> str:
-        """Of its files."""
-        return f"{self.arm}_{self.kind}_{self.label}_{self.number:03d}"
-
-    @property
-    def scene_seed(self) -> int:
-        """Seed of its placement; differs between scenes and between studies, and is never one of a lesson."""
-        return int(random_stream(self.seed, "evaluate", "rollout", self.number).integers(2**31))
-
-
-@dataclass(frozen=True)
-class RolloutResult:
-    """What came of it.
-
-    Parameters
-    ----------
-    label, arm, kind : str
-    number : int
-    success, refused : bool
-        Refused: the arm said before anything moved that it cannot.
+    robot : str
+    faults : tuple of str
+        Kinds, or "none".
+    ending : "finished", "refused", "stopped" or "exception"
     reason : str
-    figures : {name: float}
-        See `measure_run`; empty where it was refused.
+    went : "on", "slower", "aside" or "nowhere"
+        How it got there: at full pace, slowed down, having given way to a push.
+    torque, velocity : float
+        Largest share of the limit that any joint had.
+    beyond : float, rad
+        How far a joint was beyond its position limit; negative: the least distance to it.
+    is_finite : bool
+        Whether every number of the log and of the plant was one.
+    duration : float, s
+    end_error : float, m
+        Between the tool and the tube's end; NaN where it did not finish.
     """
 
-    label: str
-    arm: str
-    kind: str
-    number: int
-    success: bool
-    refused: bool
+    seed: int
+    robot: str
+    faults: tuple[str, ...]
+    ending: str
     reason: str
-    figures: Mapping[str, float]
+    went: str
+    torque: float
+    velocity: float
+    beyond: float
+    is_finite: bool
+    duration: float
+    end_error: float
 
-    def to_dict(self) -> dict[str, Any]:
+    @property
+    def broken_rules(self) -> tuple[str, ...]:
+        """What must never happen and did: torque, velocity, position, finite, exception, reason."""
+        rules = {
+            "torque": self.torque > 1.0 + TOLERANCE,
+            "velocity": self.velocity > 1.0 + TOLERANCE,
+            "position": self.beyond > TOLERANCE,
+            "finite": not self.is_finite,
+            "exception": self.ending == "exception",
+            "reason": self.ending != "finished" and not self.reason,
+        }
+        return tuple(name for name, is_broken in rules.items() if is_broken)
+
+    def to_dict(self) -> dict[str, object]:
         """For JSON."""
-        return asdict(self) | {"figures": dict(self.figures)}
+        return {**asdict(self), "broken_rules": list(self.broken_rules)}
 
 
-def run_rollout(rollout: Rollout, library: Path, folder: Path, film: str = "failed") -> RolloutResult:
-    """Set a world up, execute, measure, and leave a picture of the end; a film where it is asked for.
-
-    Parameters
-    ----------
-    rollout : Rollout
-    library : Path
-        Taught with the default arm; mirrored for another.
-    folder : Path
-        Gets ``<name>.png`` and, perhaps, ``<name>.mp4``.
-    film : str
-        "none", "failed", "all", or the beginning of the names of those that are filmed.
-    """
-    with World(load_robot(rollout.robot, tool=rollout.tool), rollout.task, seed=rollout.seed) as world:
-        scenes = Scenes(rollout.name)
-        try:
-            log, tube = _execute(world, rollout, library, scenes)
-        except UnreachableError as error:
-            result = _result(rollout, False, str(error), {}, refused=True)
-        else:
-            figures = measure_run(log, tube, world.arm(rollout.arm).limits)
-            result = _result(rollout, bool(log.success), log.reason, figures)
-        _save_tile(world, rollout, folder)
-        if scenes.states and _is_filmed(film, result, rollout.name):
-            frames = render_states(world, scenes.states, FRAME, view_of(world.task, rollout.arm, world))
-            write_video(frames, folder / f"{rollout.name}.mp4", FPS)
-    return result
-
-
-def _execute(world: World, rollout: Rollout, library: Path, scenes: Scenes) -> tuple[ExecutionLog, FlowTube]:
-    """Prepare the scene and execute the motion there."""
-    set_up(world, rollout)
-    known = _library(library, library.stat().st_mtime_ns, rollout.arm != default_arm(world.robot), rollout.task)
-    with expected_conflicts():
-        tube = known[rollout.label].flow_tube(world.scene, world.tool(rollout.arm))
-    return execute(world, tube, rollout.arm, observer=scenes.observe), tube
-
-
-def set_up(world: World, rollout: Rollout) -> None:
-    """Objects and arm as they stand before a rollout."""
-    if rollout.kind == DRAWN:
-        prepare(world, rollout.label, rollout.arm, seed=rollout.scene_seed)
-        return
-    taught = default_arm(world.robot)
-    setting = prepare(world, rollout.label, taught, seed=rollout.scene_seed)
-    scene = world.scene.mirrored(world.base)
-    prepare(
-        world,
-        rollout.label,
-        rollout.arm,
-        seed=rollout.scene_seed,
-        scene=scene,
-        start=setting.start.mirrored(world.base),
+def draw_plan(seed: int) -> Plan:
+    """Draw all of a rollout from its seed."""
+    rng = random_stream(seed, "fault", "rollout")
+    robot = str(rng.choice(sorted(ROBOTS)))
+    mismatch = replace(ORDINARY, seed=seed) if rng.random() < 0.3 else Mismatch(seed=seed)
+    count = 2 if rng.random() < 0.25 else 1
+    kinds = [str(rng.choice(KINDS)) for _ in range(count)]
+    faults = tuple(draw_fault(rng, DURATION, (kind,)) for kind in kinds if kind != "none")
+    return Plan(
+        seed,
+        robot,
+        str(rng.choice(LABELS)),
+        tuple(rng.uniform(-0.15, 0.15, 7).tolist()),
+        mismatch,
+        tuple(replace(fault, start=0.0) if fault.kind == "beyond_reach" else fault for fault in faults),
     )
 
 
-@lru_cache(maxsize=4)
-def _library(path: Path, _changed: int, is_mirrored: bool, task: str) -> MotionLibrary:
-    """The library of a file that was last changed at that time, as the taught arm or its mirror image makes it."""
-    library = MotionLibrary.load(path)
-    return library.mirrored(load_task(task).robot_base) if is_mirrored else library
+def roll_out(seed: int) -> Rollout:
+    """Draw a rollout, run it, and judge it."""
+    return run_plan(draw_plan(seed))[0]
 
 
-def measure_run(log: ExecutionLog, tube: FlowTube, limits: JointLimits) -> dict[str, float]:
-    """Figures of a run: its own `details`, and:
-
-    - ``tube_rms``, ``tube_largest``: distance of the tool from the tube's mean at the same phase, m;
-    - ``tube_sigmas``: root mean square of that distance in standard deviations of the tube, per axis;
-    - ``tube_turned``: largest rotation from the tube's mean, rad;
-    - ``torque_share``: largest commanded torque as a share of its limit;
-    - ``torque_beyond``, ``position_beyond``, ``velocity_beyond``: beyond the limits, N m, rad, rad/s, or below 0.
-    """
-    position_beyond, velocity_beyond = beyond(log, limits, guided=False)
-    return {
-        **{name: float(value) for name, value in log.details.items()},
-        **_deviation(log, tube),
-        "torque_share": float(np.max(np.abs(log.torque) / limits.torque)),
-        "torque_beyond": float(np.max(np.abs(log.torque) - limits.torque)),
-        "position_beyond": position_beyond,
-        "velocity_beyond": velocity_beyond,
-        "duration": float(log.time[-1]),
-    }
+def run_plan(plan: Plan) -> tuple[Rollout, ExecutionLog | None]:
+    """Run a plan; what became of it, and its log unless an exception came out of the loop."""
+    arm_name = ROBOTS[plan.robot]
+    with _opened(plan.robot, plan.mismatch) as world:
+        arm = world.arm(arm_name)
+        world.reset(configurations={arm_name: _resting(arm, plan.posture)})
+        tube = _library(plan.robot)[plan.label].flow_tube(Scene(), world.tool(arm_name))
+        witness = _Witness(arm_name, arm)
+        try:
+            log = execute(world, tube, arm_name, faults=plan.faults, observer=witness.look)
+        except _UNEXPECTED as error:
+            return witness.judged(plan, None, f"{type(error).__name__}: {error}"), None
+        return witness.judged(plan, log), log
 
 
-def _deviation(log: ExecutionLog, tube: FlowTube) -> dict[str, float]:
-    """How far the tool was from the tube while it followed it, 50 times a second."""
-    rows = np.flatnonzero((log.stage == Stage.TUBE) & np.isfinite(log.phase))[::20]
-    if not rows.size:
-        return {}
-    states = [tube.at(float(np.clip(log.phase[row], 0.0, 1.0))) for row in rows]
-    offsets: Array = log.position[rows] - np.array([state.position for state in states])
-    covariance = np.array([state.covariance[:3, :3] for state in states])
-    sigmas = np.einsum("ni,ni->n", offsets, np.linalg.solve(covariance, offsets[..., None])[..., 0]) / 3.0
-    distance = np.linalg.norm(offsets, axis=1)
-    turned = [
-        float(geodesic_distance(state.quaternion, log.quaternion[row]))
-        for row, state in zip(rows, states, strict=True)
-        if state.quaternion is not None
-    ]
-    return {
-        "tube_rms": float(np.sqrt(np.mean(distance**2))),
-        "tube_largest": float(distance.max()),
-        "tube_sigmas": float(np.sqrt(np.mean(sigmas))),
-        "tube_turned": max(turned, default=0.0),
-    }
+@dataclass
+class _Witness:
+    """Sees the plant as it is, period by period."""
+
+    name: str
+    arm: Arm
+    torque: float = 0.0
+    velocity: float = 0.0
+    beyond: float = -np.inf
+    is_finite: bool = True
+    _limits: tuple[np.ndarray, ...] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        limits = self.arm.limits
+        self._limits = limits.lower, limits.upper, limits.velocity, limits.torque
+
+    def look(self, world: World) -> None:
+        lower, upper, velocity, torque = self._limits
+        (q, v), tau = world.true_state(self.name), world.torque(self.name)
+        self.torque = max(self.torque, float(np.max(np.abs(tau) / torque)))
+        self.velocity = max(self.velocity, float(np.max(np.abs(v) / velocity)))
+        self.beyond = max(self.beyond, float(np.max(np.maximum(lower - q, q - upper))))
+        self.is_finite &= bool(np.isfinite([*q, *v, *tau]).all())
+
+    def judged(self, plan: Plan, log: ExecutionLog | None, error: str = "") -> Rollout:
+        finite = self.is_finite and (log is None or _is_finite(log))
+        return Rollout(
+            seed=plan.seed,
+            robot=plan.robot,
+            faults=tuple(sorted({fault.kind for fault in plan.faults})) or ("none",),
+            ending="exception" if log is None else _ending(log),
+            reason=error if log is None else _reason(log),
+            went="nowhere" if log is None else _went(log),
+            torque=self.torque,
+            velocity=self.velocity,
+            beyond=self.beyond,
+            is_finite=finite,
+            duration=0.0 if log is None else float(log.time[-1]),
+            end_error=np.nan if log is None else log.details.get("end_position_error", np.nan),
+        )
 
 
-def _result(
-    rollout: Rollout, success: bool, reason: str, figures: Mapping[str, float], refused: bool = False
-) -> RolloutResult:
-    about = (rollout.label, rollout.arm, rollout.kind, rollout.number)
-    return RolloutResult(*about, success, refused, reason, dict(figures))
+def _ending(log: ExecutionLog) -> str:
+    if log.event("stop") is None:
+        return "finished"
+    return "stopped" if log.event("joined") or "join_time" in log.details else "refused"
 
 
-def _is_filmed(film: str, result: RolloutResult, name: str) -> bool:
-    if film in ("none", "failed", "all"):
-        return film == "all" or (film == "failed" and not result.success)
-    return name.startswith(film)
+def _reason(log: ExecutionLog) -> str:
+    """Why it ended: of a stop, what the log's event says."""
+    stop = log.event("stop")
+    return log.reason if stop is None else stop.detail
 
 
-def view_of(task: TaskDescription, arm: str, world: World) -> View:
-    """A camera that sees the task's workspace from above, beyond and the side of the arm; robot's base frame."""
-    bounds = np.array([task.workspace.x, task.workspace.y, task.workspace.z])
-    center = task.robot_base.inverse().apply(bounds.mean(axis=1))
-    center[2] -= 0.25 * float(np.ptp(bounds[2]))
-    eye = center + np.array([1.25, -0.85, 0.6]) * max(float(np.ptp(bounds, axis=1).max()), 0.6)
-    view = View(tuple(eye.tolist()), tuple(center.tolist()), 36.0)
-    return view if arm == default_arm(world.robot) else view.mirrored()
+def _went(log: ExecutionLog) -> str:
+    if log.event("take_back") is not None:
+        return "aside"
+    return "slower" if log.event("slow") is not None else "on"
 
 
-def _save_tile(world: World, rollout: Rollout, folder: Path) -> None:
-    """A picture of the world as the rollout left it."""
-    from PIL import Image
+def _is_finite(log: ExecutionLog) -> bool:
+    names = (
+        "configuration",
+        "velocity",
+        "torque",
+        "position",
+        "quaternion",
+        "reference_position",
+        "reference_velocity",
+    )
+    return all(bool(np.isfinite(getattr(log, name)).all()) for name in names)
 
-    image = world.camera.frame(TILE, view_of(world.task, rollout.arm, world))
-    Image.fromarray(image).save(folder / f"{rollout.name}.png")
+
+def _resting(arm: Arm, offset: tuple[float, ...]) -> np.ndarray:
+    """The arm's posture for teaching, a little off."""
+    limits = arm.limits
+    posture = arm.configuration("teach") + np.array(offset)
+    inside: np.ndarray = np.clip(posture, limits.lower + 0.1, limits.upper - 0.1)
+    return inside
+
+
+@contextmanager
+def _opened(robot: str, mismatch: Mismatch) -> Iterator[World]:
+    """A robot that stands free of the task's table."""
+    task = load_task("tabletop")
+    aside = replace(task, robot_base=Pose(np.array([-2.0, 0.0, 0.0])))
+    with World(
+        robot, aside, _scene(), control_period=CONTROL_PERIOD, physics_step=PHYSICS_STEP, mismatch=mismatch
+    ) as world:
+        yield world
+
+
+@cache
+def _scene() -> Scene:
+    """Some placement of the task's objects; nobody comes near them."""
+    with World("pr2", "tabletop", seed=0) as world:
+        return world.scene
+
+
+@cache
+def _library(robot: str) -> MotionLibrary:
+    """Three short motions that synthetic people make where a robot is taught."""
+    rng = random_stream(0, "teach", "rollouts", robot)
+    with _opened(robot, Mismatch()) as world:
+        name = ROBOTS[robot]
+        tool = world.robot.arm(name).forward(world.arm(name).configuration("teach"))
+        start = world.base @ tool
+    demonstrations = []
+    for label in LABELS:
+        via, end = start.position + _STRIDE * rng.uniform(-1.0, 1.0, (2, 3))
+        for _ in range(3):
+            places = np.array([start.position, via, end]) + 0.01 * rng.standard_normal((3, 3))
+            places += 0.1 * rng.standard_normal(3)  # wherever they start, they go as far
+            path = human_path(places, np.tile(start.quaternion, (3, 1)), np.full(2, 0.5 * DURATION), rng)
+            clock = np.arange(0.0, path.duration, 0.01)
+            demonstrations.append(Demonstration(label, clock, *path.at(clock)))
+    return learn_library(demonstrations)

@@ -83,7 +83,7 @@ KINDS: Mapping[str, FaultKind] = MappingProxyType(
         "saturation": FaultKind(
             "motors deliver a share of their limit",
             "slows down along the tube; stops where it cannot stay within it for 2 s",
-            0.4,
+            0.1,
             "of the limit",
             1.0,
         ),
@@ -193,5 +193,5 @@ def draw_fault(rng: np.random.Generator, duration: float, kinds: tuple[str, ...]
     if kind == "push":
         size = float(rng.choice([10.0, 20.0, 40.0]))
     if kind == "saturation":
-        size = float(rng.uniform(0.2, 0.8))
+        size = float(rng.uniform(0.02, 0.5))
     return Fault(kind, float(rng.uniform(0.0, duration)), float(length), float(size), seed=int(rng.integers(2**31)))

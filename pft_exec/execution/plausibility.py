@@ -56,6 +56,8 @@ class StateGuard:
         self._offset: Array = np.zeros(len(limits.lower))
         self.doubt = 0.0
         """s for which a reading has been in doubt without a break."""
+        self.unseen: Flags = np.zeros(len(limits.lower), dtype=bool)
+        """(n,): joints whose velocity is believed, not seen."""
         self.reason = ""
         """What was in doubt last; empty where nothing is."""
 
@@ -76,6 +78,7 @@ class StateGuard:
             return self._believed
         self.doubt += self._period
         self.reason = self._describe(wrong, fast, stale, q - expected)
+        self.unseen = np.full_like(fast, True) if stale else fast
         if stale:
             self._believed = expected, self._fading * speed
         else:
@@ -101,6 +104,7 @@ class StateGuard:
     def _clear(self) -> None:
         self.doubt, self.reason = 0.0, ""
         self._offset[:] = 0.0
+        self.unseen[:] = False
 
     def _is_repeated(self, q: Array, v: Array) -> bool:
         """Whether a reading of a moving arm is the last one over again."""

@@ -6,8 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from pft_exec.control import GravityCompensation
-from pft_exec.control.tracking import FALLBACK_DAMPING
+from pft_exec.control import GravityCompensation, stop_damping
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.log import Stage
 
@@ -22,18 +21,22 @@ LONGEST = 2.0
 def stop(loop: ControlLoop, reason: str) -> None:
     """Log why, and hold the arm in damped gravity compensation until it rests.
 
+    Joints whose speed is not seen are not damped: a believed speed would be a push.
+
     Parameters
     ----------
     loop : ControlLoop
     reason : str
     """
     loop.log.event(loop.time, "stop", reason)
-    floating = GravityCompensation(loop.arm, FALLBACK_DAMPING)
+    floating = GravityCompensation(loop.arm, stop_damping(loop.arm), loop.world.control_period)
     begin = moved = loop.time
     while loop.time - moved < REST_TIME and loop.time - begin < LONGEST:
         started = perf_counter()
         q, v = loop.sense()
         if not np.max(np.abs(v)) < REST_SPEED:
             moved = loop.time
-        command = floating.update(loop.time, q, v, f"stopped: {reason}")
+        if loop.arm is not floating.arm:
+            floating.carry(loop.arm)
+        command = floating.update(loop.time, q, np.where(loop.guard.unseen, 0.0, v), f"stopped: {reason}")
         loop.apply(command, Stage.STOPPED, perf_counter() - started)

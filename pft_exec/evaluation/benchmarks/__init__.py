@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from pft_exec.evaluation.benchmarks.faults import measure_faults
 from pft_exec.evaluation.benchmarks.learning import time_learning
 from pft_exec.evaluation.benchmarks.people import synthetic_demonstrations
 from pft_exec.evaluation.benchmarks.recognition import time_recognition
@@ -18,6 +19,7 @@ from pft_exec.exceptions import UnknownNameError
 __all__ = ["BENCHMARKS", "benchmark", "synthetic_demonstrations"]
 
 BENCHMARKS: dict[str, Benchmark] = {
+    "faults": measure_faults,
     "learning": time_learning,
     "recognition": time_recognition,
 }
