@@ -127,13 +127,9 @@ def _vessel(shape: VesselShape) -> list[Piece]:
     walls = [
         _box(shape.wall, length, shape.height, (float(x), float(y), 0.0), k * angle) for k, (x, y) in enumerate(rotated)
     ]
-    side = 2.0 * (shape.radius - shape.wall) * math.cos(0.25 * math.pi)
-    floor = 0.5 * (shape.wall - shape.height)
-    return [
-        *walls,
-        _box(side, side, shape.wall, (0.0, 0.0, floor)),
-        _box(side, side, shape.wall, (0.0, 0.0, floor), math.pi / 4),
-    ]
+    below = Pose(np.array([0.0, 0.0, 0.5 * (shape.wall - shape.height)]))
+    floor = Piece(pybullet.GEOM_CYLINDER, below, radius=shape.radius - 0.5 * shape.wall, length=shape.wall)
+    return [*walls, floor]
 
 
 def _tray(shape: TrayShape) -> list[Piece]:
