@@ -25,7 +25,7 @@ from pft_exec.execution.pursuit import Outcome
 from pft_exec.execution.stopping import stop
 from pft_exec.execution.takeover import Takeover, plan_takeover
 from pft_exec.execution.watch import pursue
-from pft_exec.execution.yielding import Calm, Yielding
+from pft_exec.execution.yielding import CALM, Calm, Yielding
 from pft_exec.geometry import Array, geodesic_distance
 from pft_exec.handoff import PolicySettings
 from pft_exec.handoff.take_back import THRESHOLD
@@ -35,8 +35,8 @@ from pft_exec.simulation import Push, World
 LET_GO = 0.15
 """s for which a hand's force fades out when it lets go."""
 
-PUSH_TIME = 1.5
-"""s; an arm that was taken back and that nobody moves by then was only pushed. A person who leads is still at it."""
+PUSH = (0.6, 1.5)
+"""s: a force that ends so soon after it took the arm back, and after which the arm so soon rests, was only a push."""
 
 
 def assist(
@@ -133,12 +133,15 @@ class _Interrupted:
 
     def __init__(self, takeover: Takeover, outcome: Outcome, time: float) -> None:
         self.takeover, self.outcome = takeover, outcome
-        self._until = time + PUSH_TIME
+        self._begin = self._pushed = time
         self._calm = Calm(time)
 
     def is_over(self, time: float, force: Array, v: Array) -> bool:
         """Whether it was only a push: soon after, nobody moves the arm; force (3,), N, joint speeds (n,), rad/s."""
-        return self._calm.update(time, force, v) and time < self._until
+        if np.linalg.norm(force) > CALM[0]:
+            self._pushed = time
+        is_calm = self._calm.update(time, force, v)
+        return is_calm and self._pushed - self._begin < PUSH[0] and time - self._pushed < PUSH[1]
 
 
 @dataclass

@@ -17,12 +17,14 @@ from pft_exec.model import Arm
 
 FADE = (0.008, 0.03)
 """s, at least and at most, over which the torque of a command before becomes that of floating."""
-FADE_STEP = 0.45
+FADE_STEP = 0.48
 """N m by which no joint's torque changes more in a control period of the fade, unless it would take too long."""
-BRAKE_SHARE = 0.5
+BRAKE_SHARE = 0.4
 """Share of each joint's velocity limit from which fast motion is braked."""
-BRAKE_TIME = 0.02
+BRAKE_TIME = 0.05
 """s; time constant of the brake on each joint's own inertia."""
+SETTLE_TIME = 0.3
+"""s; time constant with which an arm comes to rest that was taken back and let go of: a push does not fling it."""
 CALM = (8.0, 0.05)
 """N and rad/s: with less force and motion than this nobody moves the arm."""
 CALM_TIME = 0.3
@@ -47,11 +49,13 @@ class Yielding:
         self._before: Array | None = None
         self._offset = np.zeros(len(arm.joint_names))
         self._since, self._fade = -np.inf, FADE[0]
+        self._settling = 0.0
 
     def begin(self, time: float, before: Command | None) -> None:
         """Float from a time on, s, and let the torque of the command before fade out."""
         self._before = None if before is None else before.torque
         self._since = time
+        self._settling = 0.0 if before is None else 1.0 / SETTLE_TIME
 
     def is_free(self, time: float) -> bool:
         """Whether nothing is left at a time, s, of the command before."""
@@ -67,22 +71,23 @@ class Yielding:
             Measured.
         """
         command = self._floating.update(time, q, v)
+        free = command.torque - self._brake(command.configuration, v)
         if self._before is not None:
-            self._offset, self._before = self._before - command.torque, None
+            self._offset, self._before = self._before - free, None
             periods = np.max(np.abs(self._offset)) / FADE_STEP
             self._fade = float(np.clip(periods * self._period, *FADE))
         left = max(0.0, 1.0 - (time - self._since + self._period) / self._fade)
-        torque = command.torque + left * self._offset - self._brake(command.configuration, v)
+        torque = free + left * self._offset
         limit = self.arm.limits.torque
         return replace(command, torque=np.minimum(np.maximum(torque, -limit), limit))
 
     def _brake(self, q: Array, v: Array) -> Array:
-        """Torque (n,), N m, against joints that turn faster than their share of the velocity limit."""
+        """Torque (n,), N m, against motion after a take-back, and against joints that turn too fast."""
         excess = np.abs(v) - BRAKE_SHARE * self.arm.limits.velocity
-        if not (excess > 0.0).any():
+        if not (self._settling or (excess > 0.0).any()):
             return np.zeros(len(q))
-        inertia = np.diag(self.arm.mass_matrix(q))
-        brake: Array = inertia / BRAKE_TIME * np.maximum(excess, 0.0) * np.sign(v)
+        slowing = self._settling * v + np.maximum(excess, 0.0) / BRAKE_TIME * np.sign(v)
+        brake: Array = np.diag(self.arm.mass_matrix(q)) * slowing
         return brake
 
     def carry(self, arm: Arm) -> None:
