@@ -22,7 +22,7 @@ from pft_exec.learning.frames import (
     position_candidates,
     tool_poses,
 )
-from pft_exec.learning.relevance import FLOOR, TURN_EXTENT, Evidence, choose_frame, weigh_frames
+from pft_exec.learning.relevance import DECISIVE, FLOOR, TURN_EXTENT, TURN_SCATTER, Evidence, choose_frame, weigh_frames
 from pft_exec.learning.signals import signal_ends
 from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, EndDecision, FrameDecision, MotionVariables
 
@@ -30,6 +30,8 @@ NEAR = 0.4  # of the extent: an object the tool ended (started) closer to than t
 TURNED = 0.02  # rad: an object that turned less from demonstration to demonstration always stood the same way
 LEVER = 3.0  # spreads: a level offset longer than this makes the axes it is meant in matter
 AXES_ODDS = 3.0  # how much likelier an object's own axes must be than the world's
+
+CHAIN = 2.0  # times the spread that start and end add up to, within which the frame of the start also holds the end
 
 Overrules = Mapping[str, Sequence[str]]  # "end", "start", "end.orientation", ... -> names of frames
 
@@ -130,6 +132,33 @@ def _with_turn(decision: FrameDecision, poses: Mapping[str, Array], candidates: 
     )
 
 
+def _chained(start: FrameDecision, end: FrameDecision, candidates: Sequence[Candidate]) -> FrameDecision:
+    """The decision at the end, where the start is tied to a frame: what is then tied to the start is tied to it too.
+
+    A closed motion that begins over a cup ends over the cup; no demonstration could tell the two apart, and a new scene
+    need not. The world's frame says so of orientations only: a motion that always began in one place may go anywhere.
+    """
+    name = start.frame
+    if name in (NONE, START) or end.frame not in (name, START) or end.overruled or end.directions:
+        return end
+    own = next((c for c in candidates if c.name == name and c.axes == end.kinds.get(name)), None)
+    wide = CHAIN * float(np.hypot(start.spread, end.spread))
+    if own is None or (end.frame == START and own.spread > wide):
+        return end
+    rivals = tuple(r for r in end.rivals if r not in (START, name))
+    reason = end.reason if end.frame == name else f"{end.reason}; the start is tied to {name}, so the end is"
+    return end.changed(
+        frame=name,
+        axes=own.axes,
+        offset=own.offset,
+        spread=own.spread,
+        relevant=(name,),
+        rivals=rivals,
+        ambiguous=bool(rivals) or end.probability.get(NONE, 0.0) > 1.0 - DECISIVE,
+        reason=reason,
+    )
+
+
 def _positions(
     demonstrations: Sequence[Demonstration], poses: Mapping[str, Array], overrules: Overrules
 ) -> list[FrameDecision]:
@@ -141,6 +170,8 @@ def _positions(
     decisions = [
         _decide(c, e, extent, "m", overrules.get(end)) for c, e, end in zip(candidates, evidence, ENDS, strict=True)
     ]
+    if decisions[0].frame != ABSOLUTE:
+        decisions[1] = _chained(decisions[0], decisions[1], candidates[1])
     return [_with_turn(d, poses, c) for d, c in zip(decisions, candidates, strict=True)]
 
 
@@ -149,11 +180,12 @@ def _orientations(
 ) -> list[FrameDecision]:
     starts, ends = tool_poses(demonstrations, 0), tool_poses(demonstrations, -1)
     candidates = [orientation_candidates(starts, None, poses), orientation_candidates(ends, starts, poses)]
-    evidence = weigh_frames(candidates, TURN_EXTENT)
-    return [
+    evidence = weigh_frames(candidates, TURN_EXTENT, TURN_SCATTER)
+    start, end = (
         _decide(c, e, TURN_EXTENT, "rad", overrules.get(f"{end}.orientation"))
         for c, e, end in zip(candidates, evidence, ENDS, strict=True)
-    ]
+    )
+    return [start, _chained(start, end, candidates[1])]
 
 
 def find_variables(demonstrations: Sequence[Demonstration], overrules: Overrules) -> MotionVariables:
@@ -165,7 +197,9 @@ def find_variables(demonstrations: Sequence[Demonstration], overrules: Overrules
     overrules : {"start", "end", "start.orientation" or "end.orientation": names of frames}
         What the user names in place of a decision; empty where nothing shall be relevant.
     """
-    poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
+    held = set(carried_objects(demonstrations, from_start=True)).difference(*overrules.values())
+    names = [name for name in object_names(demonstrations) if name not in held]
+    poses = {name: object_poses(demonstrations, name) for name in names}
     start, end = _positions(demonstrations, poses, overrules)
     turns: list[FrameDecision | None] = [None, None]
     if demonstrations[0].quaternion is not None:

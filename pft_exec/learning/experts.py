@@ -55,8 +55,6 @@ class Experts:
     local_turn : (F', K, N, 4), (x, y, z, w), or None
     floor : float
         Smallest standard deviation, m.
-    by_direction : bool
-        Whether an end is decided by direction: then the product of Gaussians, which weighs directions apart, joins.
     shaped : bool
         Whether the bent and the scaled path join.
     """
@@ -69,7 +67,6 @@ class Experts:
     local: Array
     local_turn: Array | None
     floor: float
-    by_direction: bool = False
     shaped: bool = True
 
     @cached_property
@@ -140,7 +137,8 @@ def local_covariance(local: Array, floor: float, leave_out: bool) -> Array:
         used = count - 1
         scatter = scatter - count / used * residual[..., :, None] * residual[..., None, :]
     degrees = max(used - 1, 1)
-    variance = np.trace(scatter, axis1=-2, axis2=-1) / 3.0 / degrees
+    axes = max(int(np.sum(np.ptp(local, axis=(0, 1, 2)) > 1e-9 * np.ptp(local))), 1)  # planar data have two
+    variance = np.trace(scatter, axis1=-2, axis2=-1) / axes / degrees
     profile = variance @ smoothing(local.shape[2], PROFILE_WINDOW * local.shape[2]).T
     prior = PRIOR_DEGREES * profile[..., None, None] * np.eye(3)
     covariance: Array = (scatter + prior) / (degrees + PRIOR_DEGREES) * (1.0 + 1.0 / used) + floor**2 * np.eye(3)
@@ -238,10 +236,8 @@ def slerp(begin: Array, end: Array, share: Array) -> Array:
 def predict_positions(experts: Experts, poses: Poses, begin: Array, leave_out: bool) -> Array:
     """Predictions (E, M, N, 3) of every expert in M scenes that begin at `begin` (M, 3)."""
     world = predict_in_frames(experts, poses, len(begin), leave_out)
-    found = [world]
-    if experts.by_direction:
-        covariance = local_covariance(experts.local, experts.floor, True) if leave_out else experts.covariance
-        found.append(product(world, covariance, experts.keys, poses)[None])
+    covariance = local_covariance(experts.local, experts.floor, True) if leave_out else experts.covariance
+    found = [world, product(world, covariance, experts.keys, poses)[None]]
     end = target_positions(experts.end, poses, len(begin), leave_out) if experts.shaped else None
     paths = experts.path
     if end is not None and len(paths) >= BENDING_FROM:

@@ -31,6 +31,7 @@ FLOOR = 0.002  # in extents: a spread below it is as good as none
 PRIOR = {NONE: 2.0, ABSOLUTE: 1.0, START: 1.0, "objects": 1.0}  # before seeing the data; all objects share theirs
 DECISIVE = 0.8  # posterior below which a decision counts as ambiguous
 TURN_EXTENT = 1.0  # rad, the extent that orientations are measured by
+TURN_SCATTER = 0.08  # rad, `SCATTER` of orientations: a hand that may hold the tool anyhow still holds it naturally
 
 _GRID = np.linspace(np.log(2e-4), np.log(2.0), 120)
 
@@ -76,26 +77,26 @@ def _prior(names: Sequence[str]) -> Array:
     return np.array([PRIOR.get(n, PRIOR["objects"] / max(objects, 1)) / names.count(n) for n in names])
 
 
-def _scatter(other: float) -> Array:
+def _scatter(other: float, median: float) -> Array:
     """(G,): prior of the standard deviation of a free end whose motion began with `other`, both in extents."""
-    scatter = _log_normal(_GRID, np.log(SCATTER), SCATTER_LOG_DEVIATION)
+    scatter = _log_normal(_GRID, np.log(median), SCATTER_LOG_DEVIATION)
     narrower = (np.log(max(other, FLOOR)) - _GRID) / CONTRACTION_WIDTH
     weights: Array = scatter / (1.0 + np.exp(np.clip(narrower, -50.0, 50.0)))
     return weights
 
 
-def _hypotheses(candidates: Sequence[Candidate], extent: float, dimension: int, other: float) -> Array:
+def _hypotheses(candidates: Sequence[Candidate], extent: float, dimension: int, other: float, scatter: float) -> Array:
     """(C + 1, G): prior times likelihood of each hypothesis, given each shared precision; none comes last."""
     log_likelihood = _log_likelihoods(candidates, extent, dimension)
     likelihood = np.exp(log_likelihood - log_likelihood.max())
     around = _log_normal(_GRID[None, :], _GRID[:, None], SHARED_LOG_DEVIATION)
     names = [c.name for c in candidates]
     tied = _prior(names)[:, None] * (likelihood @ around.T)
-    free = PRIOR[NONE] * float(likelihood[names.index(ABSOLUTE)] @ _scatter(other))
+    free = PRIOR[NONE] * float(likelihood[names.index(ABSOLUTE)] @ _scatter(other, scatter))
     return np.vstack([tied, np.full(len(_GRID), free)])
 
 
-def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float) -> list[Evidence]:
+def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float, scatter: float = SCATTER) -> list[Evidence]:
     """Posterior of the frames at the ends of one motion, which share a precision.
 
     Parameters
@@ -103,13 +104,15 @@ def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float) -> list[Evi
     ends : candidates of the start, then of the end
     extent : float
         Size of the motion, m; `TURN_EXTENT` rad for orientations.
+    scatter : float
+        Median standard deviation per axis of an end that nothing determines, in extents.
     """
     seen = max(np.linalg.matrix_rank(c.residual, tol=1e-9 * extent) for end in ends for c in end)
     dimension = max(int(min(seen, 3)), 1)
     if len(ends[0][0].residual) - 1 < 3:
         dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for e in ends for c in e], axis=0))))
     before = [0.0] + [end[0].spread / np.sqrt(dimension) / extent for end in ends[:-1]]
-    hypotheses = [_hypotheses(end, extent, dimension, other) for end, other in zip(ends, before, strict=True)]
+    hypotheses = [_hypotheses(end, extent, dimension, other, scatter) for end, other in zip(ends, before, strict=True)]
     shared = _log_normal(_GRID, np.log(PRECISION), PRECISION_LOG_DEVIATION)
     found = []
     for index, end in enumerate(ends):

@@ -115,7 +115,6 @@ def _make_experts(aligned: AlignedSet, variables: MotionVariables, poses: Poses,
         np.stack([local_positions(aligned.position, frame_pose(n, poses, count), axes) for n, axes in keys]),
         local_turn,
         floor,
-        bool(variables.start.position.directions or variables.end.position.directions),
     )
 
 
@@ -207,10 +206,10 @@ def _cross_error(errors: Array, floor: float) -> float:
 
 def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
     """The experts, the bent and the scaled path among them only if all predict better with these."""
-    frames = len(experts.keys) + experts.by_direction
-    if len(errors) == frames:
+    unshaped = len(experts.keys) + 1
+    if len(errors) == unshaped:
         return experts
-    with_shapes, without = _cross_error(errors, experts.floor), _cross_error(errors[:frames], experts.floor)
+    with_shapes, without = _cross_error(errors, experts.floor), _cross_error(errors[:unshaped], experts.floor)
     return replace(experts, shaped=with_shapes < without)
 
 
@@ -249,8 +248,7 @@ def _leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, overruled: 
     prediction = _predict(experts, poses, leave_out=True)
     experts = _shaped_where_it_helps(experts, prediction.position - even.position)
     if not experts.shaped:
-        kept = len(experts.keys) + experts.by_direction
-        prediction = replace(prediction, position=prediction.position[:kept])
+        prediction = replace(prediction, position=prediction.position[: len(experts.keys) + 1])
     weights = _find_weights(prediction, even, experts.floor)
     blended = blend_positions(weights.position, prediction.position)
     weights = replace(weights, target=_believed_target(experts, poses, blended, overruled))

@@ -2,7 +2,7 @@ r"""Stacking: how much each frame is to be believed at each phase of a motion, b
 
 Relevance says which frames hold the two ends; stacking extends that to the whole path, by prediction instead of spread.
 Each demonstration is predicted from the others by several experts (seen from the start, from each object, in the world;
-the bent and the scaled path). With the experts' mean error products :math:`C(n)` at step
+their product of Gaussians; the bent and the scaled path). With the experts' mean error products :math:`C(n)` at step
 n, the blend of least error has weights :math:`C^{-1} 1 / (1' C^{-1} 1)`; off-diagonals are halved, because five
 demonstrations do not estimate them, and negative weights clipped. What the blend leaves is the covariance of the tube:
 of each demonstration with weights that its own errors took no part in, or the residual would be too small. By the same
