@@ -54,6 +54,7 @@ class StateGuard:
         self._reading: tuple[Array, Array] | None = None
         self._believed: tuple[Array, Array] | None = None
         self._offset: Array = np.zeros(len(limits.lower))
+        self._dark: Array = np.zeros(len(limits.lower))  # s for which each joint has not been read at all
         self.doubt = 0.0
         """s for which a reading has been in doubt without a break."""
         self.unseen: Flags = np.zeros(len(limits.lower), dtype=bool)
@@ -71,6 +72,7 @@ class StateGuard:
         fast = ~(np.abs(v) <= FASTEST * self._limits.velocity)  # NaN is too fast
         rate = np.where(fast, self._fading * speed, v)
         expected = believed + 0.5 * self._period * (speed + rate)
+        self._dark = np.where(np.isfinite(q) & (not stale), self._dark, self._dark + self._period)
         wrong = ~(np.abs(q - expected) <= self._room)
         if not (wrong.any() or fast.any() or stale):
             self._clear()
@@ -86,15 +88,17 @@ class StateGuard:
         return self._believed
 
     @property
-    def _room(self) -> float:
-        """By how much a reading, rad, may differ from what is expected."""
-        return self._tolerance + UNSEEN_SPEED * self.doubt
+    def _room(self) -> Array:
+        """(n,), rad: by how much a reading may differ from what is expected."""
+        room: Array = self._tolerance + UNSEEN_SPEED * self._dark
+        return room
 
     def _begin(self, q: Array, v: Array) -> tuple[Array, Array]:
         """The first reading is believed as far as it is a number."""
         middle = 0.5 * (np.maximum(self._limits.lower, -np.pi) + np.minimum(self._limits.upper, np.pi))
         self._reading = q, v
         if np.isfinite(q).all() and np.isfinite(v).all():
+            self._clear()
             self._believed = q, v
             return q, v
         self.doubt += self._period
@@ -104,6 +108,7 @@ class StateGuard:
     def _clear(self) -> None:
         self.doubt, self.reason = 0.0, ""
         self._offset[:] = 0.0
+        self._dark[:] = 0.0
         self.unseen[:] = False
 
     def _is_repeated(self, q: Array, v: Array) -> bool:

@@ -1,0 +1,123 @@
+"""Readings that cannot be are left out, and what can be is believed to the last bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pft_exec.execution.plausibility import StateGuard
+from pft_exec.model import load_robot
+
+PERIOD = 0.002
+LIMITS = load_robot("pr2").arm("right").limits
+TIMES = PERIOD * np.arange(400)
+JOINT = 3
+
+
+def swing(time: float) -> tuple[np.ndarray, np.ndarray]:
+    """A smooth motion of all joints: 0.3 rad at 1 Hz."""
+    return 0.3 * np.sin(2.0 * np.pi * time) * np.ones(7) - 1.0, 0.6 * np.pi * np.cos(2.0 * np.pi * time) * np.ones(7)
+
+
+def worst_error(spoil) -> tuple[float, StateGuard]:
+    """Largest error of the believed positions where `spoil(k, q, v)` is what is read."""
+    guard, worst = StateGuard(LIMITS, PERIOD), 0.0
+    for k, time in enumerate(TIMES):
+        q, v = swing(time)
+        believed, _ = guard.update(*spoil(k, q.copy(), v.copy()))
+        worst = max(worst, float(np.abs(believed - q).max()))
+    return worst, guard
+
+
+def test_a_motion_is_believed_as_it_is_read() -> None:
+    worst, guard = worst_error(lambda _, q, v: (q, v))
+    assert worst == 0.0
+    assert guard.doubt == 0.0
+    assert guard.reason == ""
+
+
+def test_ordinary_noise_and_a_hit_are_no_faults() -> None:
+    rng = np.random.default_rng(0)
+
+    def noisy(k, q, v):
+        return q + 1e-4 * rng.standard_normal(7), v + 3e-3 * rng.standard_normal(7)
+
+    worst, _ = worst_error(noisy)
+    assert 0.0 < worst < 1e-3
+    guard = StateGuard(LIMITS, PERIOD)
+    q, v = np.full(7, -1.0), np.zeros(7)
+    guard.update(q, v)
+    hit = np.zeros(7)
+    hit[JOINT] = 900.0 * PERIOD  # rad/s after a period of 900 rad/s^2
+    guard.update(q + 0.5 * PERIOD * hit, hit)
+    assert guard.doubt == 0.0
+
+
+def test_single_readings_that_are_off_are_left_out() -> None:
+    def spiked(k, q, v):
+        q[JOINT] += 0.05 * (k % 20 == 10)
+        return q, v
+
+    worst, guard = worst_error(spiked)
+    assert worst < 1e-3
+    assert guard.doubt == 0.0
+
+
+@pytest.mark.parametrize("jump", [0.02, -0.5])
+def test_an_encoder_that_slipped_is_followed_by_its_increments(jump: float) -> None:
+    def slipped(k, q, v):
+        q[JOINT] += jump * (k >= 100)
+        return q, v
+
+    worst, guard = worst_error(slipped)
+    assert worst < 5e-3
+    assert guard.doubt == pytest.approx(300 * PERIOD)
+    assert f"joint {JOINT + 1}" in guard.reason
+
+
+def test_no_number_is_bridged_by_the_velocity_and_seen_again_afterwards() -> None:
+    def blind(k, q, v):
+        q[JOINT] = np.nan if 100 <= k < 108 else q[JOINT]
+        return q, v
+
+    worst, guard = worst_error(blind)
+    assert worst < 1e-3
+    assert guard.doubt == 0.0
+
+
+def test_nothing_read_is_nothing_but_finite() -> None:
+    """With neither positions nor velocities the joints are believed to come to rest, and their speed is not seen."""
+    guard = StateGuard(LIMITS, PERIOD)
+    for k, time in enumerate(TIMES):
+        q, v = swing(time)
+        believed = guard.update(*((q, v) if k < 100 else (q * np.nan, v * np.nan)))
+        assert np.isfinite(believed).all()
+    assert np.abs(believed[1]).max() < 0.05
+    assert guard.unseen.all()
+    assert guard.doubt == pytest.approx(300 * PERIOD)
+
+
+def test_a_first_reading_that_is_no_number_is_replaced_by_the_middle_of_the_limits() -> None:
+    guard = StateGuard(LIMITS, PERIOD)
+    q, v = guard.update(np.full(7, np.nan), np.zeros(7))
+    assert ((q > LIMITS.lower) & (q < LIMITS.upper)).all()
+    assert guard.doubt > 0.0
+    read = np.full(7, -1.0)
+    np.testing.assert_array_equal(guard.update(read, v)[0], read)
+    assert guard.doubt == 0.0 or guard.reason == ""
+
+
+def test_a_moving_arm_that_repeats_its_reading_is_not_seen() -> None:
+    guard = StateGuard(LIMITS, PERIOD)
+    last = swing(TIMES[99])
+    for k, time in enumerate(TIMES[:110]):
+        guard.update(*(swing(time) if k < 100 else last))
+    assert guard.doubt == pytest.approx(10 * PERIOD)
+    assert "repeat" in guard.reason
+
+
+def test_an_arm_at_rest_may_repeat_its_reading() -> None:
+    guard = StateGuard(LIMITS, PERIOD)
+    for _ in range(50):
+        guard.update(np.full(7, -1.0), np.zeros(7))
+    assert guard.doubt == 0.0
