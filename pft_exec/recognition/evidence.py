@@ -44,6 +44,8 @@ class TubeEvidence:
     promised : (3, N, 3, 3)
         Covariances that the tube itself states, for a scene nobody demonstrated, less what timing adds along the path
         (the filter has a timing of its own); zeros for the direction.
+    follow : (N,)
+        How much of a residual at the start is left at each step; zeros until `follow_starts`.
     """
 
     count: int
@@ -55,6 +57,12 @@ class TubeEvidence:
     mean_direction: Array
     scatter: Array
     promised: Array
+    follow: Array
+
+    @property
+    def conditioned(self) -> Array:
+        """(K, N, 3), m: what is left of `position` once the residual at the start is known."""
+        return self.position - self.follow[:, None] * self.position[:, :1]
 
 
 def measure_scales(tubes: Sequence[FlowTube], signals: Sequence[str]) -> ClockScales:
@@ -115,8 +123,9 @@ def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings
     scatter = np.stack([np.einsum("kni,knj->nij", r, r) for r in (position, direction, rotation)])
     promised = _promised(tube, count)
     return TubeEvidence(
-        count, clocks.mean(axis=0), clocks, position, direction, rotation, mean_direction, scatter, promised
-    )
+        count, clocks.mean(axis=0), clocks, position, direction, rotation, mean_direction, scatter, promised,
+        np.zeros(steps),
+    )  # fmt: skip
 
 
 def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float) -> TubeEvidence:
@@ -129,8 +138,9 @@ def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float)
         scatter[2] = tube.covariance[:, 3:, 3:]
     none = np.zeros((0, steps, 3))
     return TubeEvidence(
-        count, clock, np.zeros((0, steps)), none, none, none, direction * weight, scatter * max(count - 1, 1), scatter
-    )
+        count, clock, np.zeros((0, steps)), none, none, none, direction * weight, scatter * max(count - 1, 1), scatter,
+        np.zeros(steps),
+    )  # fmt: skip
 
 
 def _promised(tube: FlowTube, count: int) -> Array:

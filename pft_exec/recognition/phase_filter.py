@@ -18,6 +18,7 @@ from pft_exec.recognition.phase_kernel import REACH, ROWS, filter_sample
 from pft_exec.recognition.phase_model import PhaseModel, build_phase_model
 from pft_exec.recognition.scores import Sample, Scores
 from pft_exec.recognition.settings import DEFAULT_SETTINGS, PhaseSettings
+from pft_exec.recognition.speed import weigh_presence
 
 _PACE_HELD = 0.3  # of a motion, at the tube's own pace, that a person's pace is estimated from besides what was seen
 _REMEMBERED = 16  # combinations of channels whose normalizers are kept
@@ -50,6 +51,8 @@ class PhaseFilter:
         self._state = np.zeros((rates, steps))
         self._spare = np.zeros((ROWS, int(model.length.max()) + 2 * REACH))
         self._zeros = np.zeros(steps)
+        self._lean(np.zeros((components, 3)))
+        self._presence = np.zeros(components)
         self._pending = np.zeros(components)
         self._low, self._high = np.zeros(components, np.int64), np.zeros(components, np.int64)
         self._out = np.zeros((4, components))
@@ -73,6 +76,8 @@ class PhaseFilter:
         turned = sample.quaternion is not None and model.has_orientation
         elapsed = self._clock.advance(sample.time, sample.position, self._scaled(sample, signals))
         weight = min(model.evidence_rate * elapsed, 1.0) if self._weight > 0.0 else model.first_weight
+        if self._weight == 0.0:
+            self._begin_at(sample.position)
         self._weight += weight
         said = model.signals.log_discrete(sample.discrete, self._zeros)
         log_scale, size = self._comparison(turned, heard)
@@ -80,7 +85,7 @@ class PhaseFilter:
         row[:3], row[3:6] = sample.position, model.direction_weight * self._clock.direction
         row[6:] = self._quaternion if turned else 0.0
         filter_sample(
-            model.offset, model.length, model.mean, model.white, model.turned, model.left,
+            model.offset, model.length, self._mean, model.white, model.turned, model.left,
             model.signals.mean, model.signals.scale, model.steps, model.prior, model.switch, model.idle, model.tick,
             row, signals, heard, log_scale, said, size, model.freedom, elapsed, weight, self._settings.negligible,
             self._state, self._spare, self._pending, self._low, self._high, self._out,
@@ -88,6 +93,19 @@ class PhaseFilter:
         self._evidence += self._out[0]
         self._distance += (weight / size) * self._out[3, : len(model.labels)]
         return self.scores()
+
+    def _begin_at(self, position: Array) -> None:
+        """Judge the first place of a stream, and lean towards it."""
+        model = self.model
+        said, offset = model.starts.judge(position - model.mean[:3, model.offset].T)
+        self._evidence += said
+        self._lean(offset)
+
+    def _lean(self, offset: Array) -> None:
+        """Move the means by what is left, at each step, of an offset (J, 3), m, at the start."""
+        model = self.model
+        self._offset, self._mean = offset, model.mean.copy()
+        self._mean[:3] += model.follow * np.repeat(offset.T, model.length, axis=1)
 
     def _scaled(self, sample: Sample, signals: Array) -> Array:
         """The point whose movement the motion's clock looks at: all components, each in its own extent."""
@@ -110,9 +128,12 @@ class PhaseFilter:
     def scores(self) -> Scores:
         """What the samples so far say."""
         model, count = self.model, len(self.model.labels)
-        likelihood = self._evidence[:count].copy()
-        if len(self._evidence) > count:
-            likelihood = 0.5 * likelihood + 0.5 * self._mixture()
+        density = model.speeds.at(self._clock.direction)
+        weigh_presence(model.offset, self._low, self._high, self._state, density, self._presence)
+        evidence = self._evidence + self._presence
+        likelihood = evidence[:count]
+        if len(evidence) > count:
+            likelihood = 0.5 * likelihood + 0.5 * self._mixture(evidence)
         phase = self._out[1, :count].copy()
         return Scores(
             likelihood,
@@ -121,10 +142,10 @@ class PhaseFilter:
             model.strangeness.probability(self._distance, self._weight),
         )
 
-    def _mixture(self) -> Array:
+    def _mixture(self, evidence: Array) -> Array:
         """(M,): log of the mean likelihood over the demonstrations of each tube."""
         count = len(self.model.labels)
-        owner, values = self.model.tube[count:], self._evidence[count:]
+        owner, values = self.model.tube[count:], evidence[count:]
         top = np.full(count, -np.inf)
         np.maximum.at(top, owner, values)
         total = np.bincount(owner, np.exp(values - top[owner]), count)
@@ -142,9 +163,9 @@ class PhaseFilter:
     def replace(self, tubes: Sequence[FlowTube]) -> None:
         """Go on with other tubes; each filter keeps its distribution over pace and phase, and its evidence."""
         before, state, low, high = self.model, self._state, self._low, self._high
-        evidence, pending = self._evidence, self._pending
+        evidence, pending, offset = self._evidence, self._pending, self._offset
         self._adopt(build_phase_model(tubes, self._settings))
-        self._evidence = np.zeros(len(self.model.tube))
+        self._evidence, sources = np.zeros(len(self.model.tube)), []
         for j, (m, first, length) in enumerate(zip(self.model.tube, self.model.offset, self.model.length, strict=True)):
             source = j if len(before.tube) == len(self.model.tube) else int(m)
             old = state[:, before.offset[source] : before.offset[source] + before.length[source]]
@@ -154,5 +175,7 @@ class PhaseFilter:
                 new[r] = np.bincount(places, old[r], int(length))
             self._low[j], self._high[j] = places[low[source]], places[high[source]]
             self._pending[j], self._evidence[j] = pending[source], evidence[source]
+            sources.append(source)
             self._out[1, j] = np.arange(length) @ new.sum(axis=0) / max(int(length) - 1, 1)
             self._out[2, j] = self.model.left[first : first + length] @ new.sum(axis=0)
+        self._lean(offset[sources])

@@ -17,6 +17,8 @@ from pft_exec.recognition.evidence import TubeEvidence, clock_constants, gather_
 from pft_exec.recognition.motion_clock import ClockScales
 from pft_exec.recognition.settings import PhaseSettings
 from pft_exec.recognition.signals import SignalModel, learn_signals, shared_signals
+from pft_exec.recognition.speed import SpeedModel, learn_speed
+from pft_exec.recognition.start import StartModel, follow_starts, learn_starts
 from pft_exec.recognition.timing import rate_prior, step_probabilities
 from pft_exec.recognition.unknown import Strangeness, learn_strangeness
 
@@ -39,6 +41,10 @@ class PhaseModel:
         Mean orientation (x, y, z, w); zeros where there is none.
     white : (18, S)
     log_determinant : (3, S)
+    follow : (S,)
+        How far the mean leans towards an offset of the first sample.
+    starts : StartModel
+    speeds : SpeedModel
     left : (S,), s
         From the step to the end.
     clock : (S,), s
@@ -65,6 +71,9 @@ class PhaseModel:
     turned: Array
     white: Array
     log_determinant: Array
+    follow: Array
+    starts: StartModel
+    speeds: SpeedModel
     left: Array
     clock: Array
     steps: Array
@@ -118,7 +127,7 @@ def build_phase_model(tubes: Sequence[FlowTube], settings: PhaseSettings) -> Pha
     """Learn densities, timing and what is usual from the tubes of a library."""
     continuous, discrete = shared_signals(tubes)
     scales = measure_scales(tubes, continuous)
-    evidence = [gather_evidence(tube, scales, settings) for tube in tubes]
+    evidence = follow_starts([gather_evidence(tube, scales, settings) for tube in tubes], settings)
     turned = tubes[0].quaternion is not None
     kept = kept_axes(evidence, [tube.position for tube in tubes], scales.extent, turned)
     prior = pooled_prior(evidence, kept, scales.extent, settings)
@@ -187,6 +196,9 @@ def _pack(
                 for m, factor in zip(which, narrow, strict=True)
             ]
         ),
+        follow=np.concatenate([evidence[m].follow if k < 0 else np.zeros(len(tubes[m])) for m, k in pairs]),
+        starts=learn_starts(evidence, which, kept[0], scales.extent, settings),
+        speeds=learn_speed(evidence, which, settings.direction_weight * scales.extent, settings),
         left=np.concatenate([tubes[m].time[-1] - tubes[m].time for m in which]),
         clock=np.concatenate([evidence[m].clock for m in which]),
         steps=np.ascontiguousarray(steps[which]),

@@ -17,6 +17,7 @@ from pft_exec.recognition.belief import Belief, LabelValues
 from pft_exec.recognition.dong2012 import IncrementalAlignment
 from pft_exec.recognition.phase_filter import PhaseFilter
 from pft_exec.recognition.scores import Sample, Scores
+from pft_exec.recognition.settings import PhaseSettings
 
 METHODS = ("dong2012", "phase")
 
@@ -48,6 +49,8 @@ class OnlineRecognizer:
         The forward filter over phase, or Algorithm 4 of [Dong2012]_.
     prior : {label: weight} or None
         How common each motion is; a label that is not named never comes. None: all alike.
+    settings : PhaseSettings or None
+        Constants of ``method="phase"``, for research; None: those that were found to serve.
 
     Raises
     ------
@@ -56,7 +59,8 @@ class OnlineRecognizer:
     UnknownMotionError
         If the prior names a label that no tube has.
     RecognitionError
-        If there is no tube, two share a label, some have an orientation and others none, or the prior is not one.
+        If there is no tube, two share a label, some have an orientation and others none, the prior is not one,
+        or settings are given to another method than theirs.
     """
 
     def __init__(
@@ -64,16 +68,20 @@ class OnlineRecognizer:
         flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube],
         method: str = "phase",
         prior: Mapping[str, float] | None = None,
+        *,
+        settings: PhaseSettings | None = None,
     ) -> None:
         if method not in METHODS:
             raise UnknownMethodError("recognition method", method, METHODS)
+        if settings is not None and method != "phase":
+            raise RecognitionError(f"settings are those of method 'phase'; the method is {method!r}.")
         tubes = _labeled(flow_tubes)
         self.method = method
         self.labels = tuple(tubes)
         self._index = {label: place for place, label in enumerate(self.labels)}
         self._log_prior = _log_prior(self.labels, prior)
         self._has_orientation = next(iter(tubes.values())).quaternion is not None
-        self._method: RecognitionMethod = _METHODS[method](list(tubes.values()))
+        self._method = _start_method(method, list(tubes.values()), settings)
         self.restart()
 
     def restart(self) -> None:
@@ -172,6 +180,10 @@ _METHODS: dict[str, Callable[[list[FlowTube]], RecognitionMethod]] = {
     "dong2012": IncrementalAlignment,
     "phase": PhaseFilter,
 }
+
+
+def _start_method(method: str, tubes: list[FlowTube], settings: PhaseSettings | None) -> RecognitionMethod:
+    return _METHODS[method](tubes) if settings is None else PhaseFilter(tubes, settings)
 
 
 def _labeled(flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube]) -> dict[str, FlowTube]:

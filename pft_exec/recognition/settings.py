@@ -47,9 +47,16 @@ class PhaseSettings:
         Probability of a phase, given the motion, at and below which it is forgotten; 0 keeps all.
     spread_start : float
         Start spread, in extents, from which on half the evidence comes from a mixture over demonstrations.
+    start_evidence : float
+        Independent observations that the place of the first sample is worth: starts of five demonstrations are few, and
+        which of them are relevant may be wrong.
+    pause : float
+        Probability that the speed at any moment is not the motion's own: a pause, or a hurry.
+    speed_deviation : float
+        Of the logarithm of speed, between people and scenes beside that between a motion's demonstrations.
     """
 
-    evidence: float = 10.0
+    evidence: float = 7.0
     first_evidence: float = 0.05
     window: float = 0.03
     direction_weight: float = 0.4
@@ -68,6 +75,9 @@ class PhaseSettings:
     standing_clock: float = 0.02
     negligible: float = 1e-6
     spread_start: float = 0.05
+    start_evidence: float = 0.2
+    pause: float = 0.02
+    speed_deviation: float = 0.5
 
 
 DEFAULT_SETTINGS = PhaseSettings()

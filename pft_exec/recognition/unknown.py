@@ -59,7 +59,7 @@ def left_out_distances(evidence: TubeEvidence, variance: Array, kept: Mask, stre
     count = len(evidence.position)
     if count < 2:
         return np.zeros(0)
-    residuals = np.stack([evidence.position, evidence.direction, evidence.rotation]) * (count / (count - 1.0))
+    residuals = np.stack([evidence.conditioned, evidence.direction, evidence.rotation]) * (count / (count - 1.0))
     distances = np.empty(count)
     for k in range(count):
         left = residuals[:, k]

@@ -1,0 +1,117 @@
+"""The speed now: how well it suits the phase, without being counted twice.
+
+In the flow: beside the filter's evidence, which adds up, stands what the present speed says of each phase. It is one
+observation that each sample makes anew: a hand that rests where a motion ends speaks for that motion, against one that
+only passes there, for as long as it rests; when it goes on, nothing of that is left. The N* / N of [Dong2012]_ does
+something like it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.special import gammaln
+
+from pft_exec.geometry import Array
+from pft_exec.recognition.evidence import TubeEvidence
+from pft_exec.recognition.settings import PhaseSettings
+
+LEVELS = 32
+_LEAST_RANGE = 1.0  # of the logarithms of speeds
+
+
+@dataclass(frozen=True, eq=False)
+class SpeedModel:
+    """Densities of the logarithm of speed at S steps, at even levels of it.
+
+    Parameters
+    ----------
+    density : (L, S)
+    lowest, gap : float
+        First level, and between levels.
+    softness, leash : float
+        Of the direction of motion and of the clock, in extents.
+    """
+
+    density: Array
+    lowest: float
+    gap: float
+    softness: float
+    leash: float
+
+    def at(self, direction: Array) -> Array:
+        """(S,): density of the present speed, known by the length of the softened direction (3,)."""
+        level = (float(log_speed(direction, self.softness, self.leash)) - self.lowest) / self.gap
+        row: Array = self.density[min(max(round(level), 0), LEVELS - 1)]
+        return row
+
+
+def log_speed(direction: Array, softness: float, leash: float) -> Array:
+    """Logarithm of the displacement over the direction's window, in extents, raised by the leash (...,).
+
+    Parameters
+    ----------
+    direction : (..., 3)
+        Displacement d over ``|d| + softness``.
+    softness, leash : float
+        In extents.
+    """
+    length = np.minimum(np.sqrt((direction**2).sum(axis=-1)), 1.0 - 1e-9)
+    result: Array = np.log(softness * length / (1.0 - length) + leash)
+    return result
+
+
+def learn_speed(
+    evidence: Sequence[TubeEvidence], which: NDArray[np.int64], weight: float, settings: PhaseSettings
+) -> SpeedModel:
+    """Densities for components that belong to the motions `which`; directions in the evidence are `weight` (m) long."""
+    softness, leash = settings.direction_softness, settings.leash
+    logs = [log_speed((e.mean_direction + _rows(e)) / weight, softness, leash) for e in evidence]
+    highest = max(float(values.max()) for values in logs)
+    levels = np.linspace(np.log(leash), max(highest, np.log(leash) + _LEAST_RANGE), LEVELS)
+    scatters = [((values - values.mean(axis=0)) ** 2).sum(axis=0) for values in logs]
+    spread = [float(s.mean()) / max(len(values) - 1, 1) for s, values in zip(scatters, logs, strict=True)]
+    pooled = float(np.mean(spread)) + settings.speed_deviation**2
+    tables = [
+        _densities(levels, values.mean(axis=0), scatter, pooled, e.count, settings)
+        for values, scatter, e in zip(logs, scatters, evidence, strict=True)
+    ]
+    density = np.ascontiguousarray(np.hstack([tables[m] for m in which]))
+    return SpeedModel(density, float(levels[0]), float(levels[1] - levels[0]), softness, leash)
+
+
+def _rows(evidence: TubeEvidence) -> Array:
+    """Residuals of the direction (K, N, 3); one row of zeros where there is no demonstration."""
+    return evidence.direction if len(evidence.direction) else np.zeros((1, *evidence.mean_direction.shape))
+
+
+def _densities(levels: Array, mean: Array, scatter: Array, pooled: float, count: int, settings: PhaseSettings) -> Array:
+    """(L, N): predictive Student t at each level, mixed with speeds that may come at any phase."""
+    count = max(count, 1)
+    freedom = settings.prior_strength + count - 1
+    variance = (settings.prior_strength * pooled + scatter) / freedom * (1.0 + 1.0 / count)
+    square = (levels[:, None] - mean) ** 2 / (freedom * variance)
+    constant = gammaln(0.5 * freedom + 0.5) - gammaln(0.5 * freedom) - 0.5 * np.log(np.pi * freedom * variance)
+    usual = np.exp(constant - 0.5 * (freedom + 1.0) * np.log1p(square))
+    anywhere = 1.0 / (levels[-1] - levels[0])
+    result: Array = (1.0 - settings.pause) * usual + settings.pause * anywhere
+    return result
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def weigh_presence(offset, low, high, state, density, out):  # type: ignore[no-untyped-def]
+    """Log of the mean density (S,) over the phases where each component may be: into `out` (J,)."""
+    for j in range(len(offset)):
+        begin, end = offset[j] + low[j], offset[j] + high[j] + 1
+        now = density[begin:end]
+        total, seen = 0.0, 0.0
+        for r in range(len(state)):
+            row = state[r, begin:end]
+            for k in range(len(now)):
+                total += row[k]
+                seen += row[k] * now[k]
+        out[j] = np.log(seen / total)
