@@ -1,4 +1,4 @@
-"""Nine motions with a bottle and a cup as people make them, and what matters in each; the bottle is mostly in the hand."""
+"""Nine motions with a bottle and a cup as people make them, and what matters in each; mostly the bottle is in hand."""
 
 from __future__ import annotations
 
