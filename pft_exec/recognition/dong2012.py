@@ -68,8 +68,8 @@ class IncrementalAlignment:
         self._turn = np.vstack([np.zeros((len(t), 4)) if t.quaternion is None else t.quaternion for t in tubes])
         self._precision = np.ascontiguousarray(np.concatenate([tube.precision for tube in tubes]))
         self._normalizer = np.concatenate([tube.log_normalizer for tube in tubes])
-        self._time = np.concatenate([tube.time for tube in tubes])
-        self._deviation = np.concatenate([self._floored_deviation(tube) for tube in tubes])
+        time, deviation = (np.concatenate([f(t) for t in tubes]) for f in (lambda t: t.time, self._floored_deviation))
+        self._timing = np.stack([time, deviation, np.log(deviation)])
         self._left = np.concatenate([tube.time[-1] - tube.time for tube in tubes])
         count = np.array([max(tube.count, 1) for tube in tubes], dtype=float)
         self._log_share = np.log(count / count.sum())
@@ -79,7 +79,7 @@ class IncrementalAlignment:
         """Forget all samples."""
         steps = len(self._mean)
         self._cost, self._total, self._steps = np.zeros(steps), np.zeros(steps), np.zeros(steps)
-        self._local = np.zeros((2, steps))
+        self._local = np.zeros((4, steps))
         self._match, self._likelihood = np.zeros(len(self._length), np.int64), np.zeros(len(self._length))
         self._first = True
 
@@ -95,8 +95,8 @@ class IncrementalAlignment:
             raise RecognitionError("the flow tubes have an orientation: each sample needs a quaternion; got None.")
         quaternion = np.zeros(4) if sample.quaternion is None else sample.quaternion
         align_sample(
-            self._offset, self._length, self._mean, self._turn, self._precision, self._normalizer, self._time,
-            self._deviation, sample.time, self._first, sample.position, quaternion, self._settings.distance_floor,
+            self._offset, self._length, self._mean, self._turn, self._precision, self._normalizer, self._timing,
+            sample.time, self._first, sample.position, quaternion, self._settings.distance_floor,
             self._cost, self._total, self._steps, self._local, self._match, self._likelihood,
         )  # fmt: skip
         self._first = False

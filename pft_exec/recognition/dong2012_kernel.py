@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from pft_exec.recognition.elementary import take_logarithm
+
 
 @njit(cache=True, error_model="numpy")
 def _difference(position, quaternion, mean, turn, delta):  # type: ignore[no-untyped-def]
@@ -48,15 +50,15 @@ def _square(delta, precision):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _match(begin, end, local, time, deviation, now, distance_floor):  # type: ignore[no-untyped-def]
+def _match(distance, time, deviation, log_deviation, now, distance_floor, score, spare):  # type: ignore[no-untyped-def]
     """Find n* (lines 2 to 5): the step that is near at a plausible time."""
-    best, chosen = np.inf, begin
-    for n in range(begin, end):
-        log_density = -0.5 * ((now - time[n]) / deviation[n]) ** 2 - np.log(deviation[n])  # line 2
-        weighted = np.log(max(local[0, n], distance_floor)) - log_density  # lines 3 and 4, up to a constant
-        if weighted < best:
-            best, chosen = weighted, n  # line 5
-    return chosen
+    for n in range(len(distance)):
+        score[n] = max(distance[n], distance_floor)
+    take_logarithm(score, spare)
+    for n in range(len(distance)):
+        late = (now - time[n]) / deviation[n]
+        score[n] += 0.5 * late * late + log_deviation[n]  # lines 3 and 4, up to a constant
+    return np.argmin(score)  # line 5
 
 
 @njit(cache=True, error_model="numpy")
@@ -81,12 +83,13 @@ def _add_column(begin, end, first, local, cost, total, steps):  # type: ignore[n
 
 @njit(cache=True, error_model="numpy")
 def align_sample(  # type: ignore[no-untyped-def]
-    offset, length, mean, turn, precision, normalizer, time, deviation,
-    now, first, position, quaternion, distance_floor, cost, total, steps, local, match, likelihood,
+    offset, length, mean, turn, precision, normalizer, timing, now, first, position, quaternion, distance_floor,
+    cost, total, steps, local, match, likelihood,
 ):  # fmt: skip
     """Add one column to the alignment with every tube; write n* and the mean log likelihood along its path.
 
-    `local` is room for the distance of line 1 and the log likelihood of the sample at each step.
+    Rows of `timing` are time, its deviation, and the logarithm of that. `local` is room for the distance of line 1, the
+    log likelihood of the sample at each step, and two rows more.
     """
     delta = np.empty(precision.shape[1])
     for j in range(len(offset)):
@@ -94,7 +97,9 @@ def align_sample(  # type: ignore[no-untyped-def]
         for n in range(begin, end):
             local[0, n] = _difference(position, quaternion, mean[n], turn[n], delta)  # line 1
             local[1, n] = normalizer[n] - 0.5 * _square(delta, precision[n])
-        chosen = _match(begin, end, local, time, deviation, now, distance_floor)
+        time, deviation, log_deviation = timing[0, begin:end], timing[1, begin:end], timing[2, begin:end]
+        score, spare = local[2, begin:end], local[3, begin:end]
+        chosen = begin + _match(local[0, begin:end], time, deviation, log_deviation, now, distance_floor, score, spare)
         _add_column(begin, end, first, local, cost, total, steps)
         match[j] = chosen - begin
         likelihood[j] = total[chosen] / steps[chosen]  # line 7, without the prior
