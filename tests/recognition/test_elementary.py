@@ -23,3 +23,9 @@ def test_logarithms_are_those_of_numpy():
     result = values.copy()
     take_logarithm(result, np.empty_like(result))
     np.testing.assert_allclose(result, np.log(values), rtol=2 * np.finfo(float).eps, atol=1e-300)
+
+
+def test_no_caller_relaxes_their_arithmetic():
+    """Compiled first from a caller with fastmath, an exponential of 0 was 0.71."""
+    assert exponentiate.targetoptions["fastmath"] is False
+    assert take_logarithm.targetoptions["fastmath"] is False
