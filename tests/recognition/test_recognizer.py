@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pft_exec.exceptions import RecognitionError, UnknownMethodError, UnknownMotionError
-from pft_exec.recognition import METHODS, OnlineRecognizer
+from pft_exec.recognition import METHODS, OnlineRecognizer, PhaseSettings
 from tests.recognition.tubes import line, star, stream
 
 both = pytest.mark.parametrize("method", METHODS)
@@ -186,3 +186,14 @@ def test_unknown_values_of_signals_are_no_error():
     recognizer = OnlineRecognizer(_signal_tubes())
     belief = recognizer.update(0.0, [0.0, 0.0, 0.0], None, {"other": 1.0}, {"held": 7, "color": 2})
     assert sum(belief.probability.values()) == pytest.approx(1.0)
+
+
+def test_settings_are_taken_by_their_own_method_alone():
+    """A researcher's constants reach the filter; the published method has others."""
+    settings = PhaseSettings(evidence=1.0)
+    tubes = star(2)
+    modest = stream(OnlineRecognizer(tubes, settings=settings), tubes[0], until=0.3)[-1]
+    usual = stream(OnlineRecognizer(tubes), tubes[0], until=0.3)[-1]
+    assert modest.probability["0"] < usual.probability["0"]
+    with pytest.raises(RecognitionError, match="settings are those of method 'phase'"):
+        OnlineRecognizer(tubes, "dong2012", settings=settings)
