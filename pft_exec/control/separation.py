@@ -108,11 +108,11 @@ def second_order(normal: Array, gap: float, speed: Array, edges: Array, turning:
     mixed = -np.dot(flat[0], flat[1]) / length
     determinant = s[0] * s[1] - mixed**2
     if determinant > _PARALLEL * s[0] * s[1]:
-        return turn - (s[1] * g[0] ** 2 - 2.0 * mixed * g[0] * g[1] + s[0] * g[1] ** 2) / determinant
+        return float(turn - (s[1] * g[0] ** 2 - 2.0 * mixed * g[0] * g[1] + s[0] * g[1] ** 2) / determinant)
     for i in range(2):
         if s[i] > 0.0:
-            return turn - g[i] ** 2 / s[i]
-    return turn
+            return float(turn - g[i] ** 2 / s[i])
+    return float(turn)
 
 
 @njit(cache=True)
@@ -201,7 +201,7 @@ def distance_rows(
 def place_on_segment(point: Array, ends: Array, edge: Array) -> float:
     """Share in [0, 1] of a segment (2, 3), m, of edge (3,), at which a point (3,), m, on it lies; 0 without length."""
     square = np.dot(edge, edge)
-    return np.dot(point - ends[0], edge) / square if square > 0.0 else 0.0
+    return float(np.dot(point - ends[0], edge) / square) if square > 0.0 else 0.0
 
 
 @njit(cache=True)

@@ -17,7 +17,7 @@ from pft_exec.model.link_capsules import LinkCapsule, hull_points, link_capsules
 from pft_exec.model.obstacle import Box, Capsule, Obstacle
 
 KEPT_APART = 0.03
-"""m; links that come closer than this in a named configuration of the robot are left out: their capsules are too fat."""
+"""m; links that come closer than this in a named configuration are left out: their capsules are too fat."""
 _JOINTS_BETWEEN = 3  # links fewer joints apart than this touch by construction
 
 
@@ -103,7 +103,8 @@ def _body_part(shape: pinocchio.GeometryObject) -> Obstacle:
     low, high = shape.geometry.aabb_local.min_, shape.geometry.aabb_local.max_
     middle = shape.placement.act(0.5 * (low + high))
     pose = Pose(np.array(middle), quaternion_from_matrix(shape.placement.rotation))
-    return Obstacle(shape.name, Box(tuple(float(length) for length in high - low)), pose)
+    x, y, z = (float(length) for length in high - low)
+    return Obstacle(shape.name, Box((x, y, z)), pose)
 
 
 def _with_pairs(geometry: ArmGeometry, arm: pinocchio.Model, postures: Sequence[Array]) -> ArmGeometry:

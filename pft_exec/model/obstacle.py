@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pft_exec.description import TaskDescription
-from pft_exec.description.object import BoxShape, CylinderShape
+from pft_exec.description.shape import BoxShape, CompoundShape, Shape, SphereShape, TrayShape
 from pft_exec.exceptions import ConfigurationError
 from pft_exec.geometry import Array, Pose, multiply, quaternion_from_rotation_vector, read_only, rotate
 
@@ -110,11 +110,21 @@ class Obstacle:
         return replace(self, pose=back @ self.pose, velocity=velocity)
 
 
-def solid_from_shape(shape: BoxShape | CylinderShape) -> Solid:
-    """The solid that a task's description of a shape means."""
-    if isinstance(shape, BoxShape):
-        return Box(shape.size)
-    return Cylinder(shape.radius, shape.height)
+def solids_of_shape(shape: Shape) -> tuple[tuple[Solid, Pose], ...]:
+    """The solids that a task's description of a shape means, and where they are in its frame; hollows are filled."""
+    match shape:
+        case CompoundShape():
+            return tuple(
+                (solid, Pose(np.array(part.position)) @ place)
+                for part in shape.parts
+                for solid, place in solids_of_shape(part.shape)
+            )
+        case BoxShape() | TrayShape():
+            return ((Box(shape.size), Pose(np.zeros(3))),)
+        case SphereShape():
+            return ((Sphere(shape.radius), Pose(np.zeros(3))),)
+        case _:
+            return ((Cylinder(shape.radius, shape.height), Pose(np.zeros(3))),)
 
 
 def task_obstacles(
@@ -138,7 +148,8 @@ def task_obstacles(
     fixed = {name: item.fixed.pose for name, item in task.objects.items() if item.fixed is not None}
     places = {**fixed, **{name: pose for name, pose in poses.items() if name in task.objects}}
     return tuple(
-        Obstacle(name, solid_from_shape(task.objects[name].shape), pose)
+        Obstacle(name, solid, pose @ place)
         for name, pose in places.items()
         if name not in leave_out
+        for solid, place in solids_of_shape(task.objects[name].shape)
     )

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from pft_exec.evaluation.benchmarks.compliance import measure_compliance
 from pft_exec.evaluation.benchmarks.faults import measure_faults
 from pft_exec.evaluation.benchmarks.learning import time_learning
+from pft_exec.evaluation.benchmarks.obstacle import measure_obstacle
 from pft_exec.evaluation.benchmarks.people import synthetic_demonstrations
 from pft_exec.evaluation.benchmarks.recognition import time_recognition
 from pft_exec.evaluation.benchmarks.stopwatch import Benchmark
@@ -19,8 +21,10 @@ from pft_exec.exceptions import UnknownNameError
 __all__ = ["BENCHMARKS", "benchmark", "synthetic_demonstrations"]
 
 BENCHMARKS: dict[str, Benchmark] = {
+    "compliance": measure_compliance,
     "faults": measure_faults,
     "learning": time_learning,
+    "obstacle": measure_obstacle,
     "recognition": time_recognition,
 }
 
