@@ -106,8 +106,8 @@ class FaultInjector:
         for fault in self.active("encoder_jump"):
             q[fault.joint(self._joints)] += fault.amount
         for fault in self.active("encoder_spike"):
-            since = self.time - fault.start
-            if since % SPIKE_EVERY < self._world.control_period * (1.0 - 1e-6):
+            period = self._world.control_period
+            if round((self.time - fault.start) / period) % max(2, round(SPIKE_EVERY / period)) == 0:
                 q[fault.joint(self._joints)] += fault.amount
         for fault in self.active("encoder_nan"):
             q[fault.joint(self._joints)] = np.nan
@@ -130,7 +130,7 @@ class FaultInjector:
         if self.active("sample_late"):
             self._waiting.append(sample)
             delay = self.active("sample_late")[0].amount
-            return self._arrived(lambda waiting: waiting.time + delay <= sample.time)
+            return self._arrived(lambda waiting: waiting.time + delay <= sample.time + 1e-9)
         if self.active("sample_out_of_order"):
             self._waiting.append(sample)
             return self._arrived(lambda _: True)[::-1] if len(self._waiting) > 1 else []
