@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from threadpoolctl import threadpool_limits
+
 from pft_exec.evaluation import pictures
 from pft_exec.evaluation.figure5 import figure5, write_figure5
 from pft_exec.evaluation.methods import METHODS
@@ -74,7 +76,8 @@ def reproduce(
     chosen = list(runs) if name == "all" else [name]
     result: dict[str, Any] = {"tables": {}}
     for place, part_name in enumerate(chosen):
-        part = runs[part_name](_Request(seeds, folder, jobs, _share_of(progress, place, len(chosen))))
+        with threadpool_limits(1):  # matrices are small: threads that wait for each other made this ten times as slow
+            part = runs[part_name](_Request(seeds, folder, jobs, _share_of(progress, place, len(chosen))))
         result["tables"] |= part.tables
         result[part_name] = part.details
         if folder is not None:

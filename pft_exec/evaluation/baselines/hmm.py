@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from hmmlearn.base import BaseHMM, ConvergenceMonitor
 from sklearn.cluster import KMeans  # type: ignore[import-untyped]
+from threadpoolctl import threadpool_limits
 
 from pft_exec.demonstration import Demonstration
 from pft_exec.evaluation.trace import Trace, grouped, moving_axes, softmax
@@ -82,7 +83,8 @@ class TiedMixtureHMM(BaseHMM):  # type: ignore[misc]
         return self
 
     def _begin_pool(self, stacked: Array) -> None:
-        clusters = KMeans(self.gaussians, n_init=3, random_state=self.random_state).fit(stacked)
+        with threadpool_limits(1):  # threads cost more than they give to a thousand points
+            clusters = KMeans(self.gaussians, n_init=3, random_state=self.random_state).fit(stacked)
         self.means_ = clusters.cluster_centers_
         members = [stacked[clusters.labels_ == m] for m in range(self.gaussians)]
         self.covars_ = np.stack(
@@ -102,12 +104,10 @@ class TiedMixtureHMM(BaseHMM):  # type: ignore[misc]
 
     def _log_components(self, points: Array) -> Array:
         """Log density (N, M) of each point under each Gaussian of the pool."""
-        scores = np.empty((len(points), self.gaussians))
-        for m, (mean, covariance) in enumerate(zip(self.means_, self.covars_, strict=True)):
-            factor = np.linalg.cholesky(covariance)
-            whitened = np.linalg.solve(factor, (points - mean).T)
-            log_scale = np.log(np.diag(factor)).sum() + 0.5 * len(mean) * np.log(2.0 * np.pi)
-            scores[:, m] = -0.5 * np.sum(whitened**2, axis=0) - log_scale
+        factor = np.linalg.cholesky(self.covars_)
+        whitened = np.einsum("mij,nmj->nmi", np.linalg.inv(factor), points[:, None] - self.means_)
+        log_scale = np.log(np.einsum("mii->mi", factor)).sum(axis=1) + 0.5 * points.shape[1] * np.log(2.0 * np.pi)
+        scores: Array = -0.5 * np.sum(whitened**2, axis=2) - log_scale
         return scores
 
     def _compute_log_likelihood(self, X: Array) -> Array:
