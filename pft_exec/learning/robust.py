@@ -46,6 +46,7 @@ from pft_exec.learning.variables import START, MotionVariables
 
 FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
 TURN_FLOOR = 0.005  # rad, the same for orientations
+IDLE_SHARE = 0.125  # of the variance is meant for recordings with their idle ends; set on hand guiding in simulation
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,7 @@ class RobustMotion:
         What the blend left of each demonstration when it was left out, at the same step.
     covariance : (N, 3, 3) or (N, 6, 6)
         The same at the same share of the duration, so that timing counts.
+    time_deviation : (N,), s
     signals : SignalTubes
     """
 
@@ -72,6 +74,7 @@ class RobustMotion:
     weights: Weights
     residual: Array
     covariance: Array
+    time_deviation: Array
     signals: SignalTubes
 
 
@@ -98,10 +101,12 @@ def _corrected_turns(path: Array, begin: Array, end: Array | None, share: Array)
     return multiply(path, quaternion_from_rotation_vector((share**2)[:, None] * last[:, None]))
 
 
-def _make_experts(aligned: AlignedSet, variables: MotionVariables, poses: Poses, extent: float) -> Experts:
+def _make_experts(
+    aligned: AlignedSet, variables: MotionVariables, names: Sequence[str], poses: Poses, extent: float
+) -> Experts:
     """The experts of a motion, before it is known which of them help; `poses` are the demonstrated ones."""
     count, floor = len(aligned.position), FLOOR * extent
-    keys, turn_keys = expert_keys(variables.objects, poses, aligned.quaternion is not None, extent)
+    keys, turn_keys = expert_keys(names, poses, aligned.quaternion is not None, extent)
     local_turn = None
     if aligned.quaternion is not None:
         turns = [local_turns(aligned.quaternion, frame_pose(n, poses, count), axes) for n, axes in turn_keys]
@@ -266,23 +271,55 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     first = _tool(even, 0)
     poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
     start = make_endpoint(variables.start, first, poses, FLOOR * extent)
-    experts = _make_experts(even, variables, poses | {START: first}, extent)
+    names = tuple(dict.fromkeys([*variables.objects, *handled_objects(landmarks, even.position, poses, extent)]))
+    experts = _make_experts(even, variables, names, poses | {START: first}, extent)
     poses[START] = _predicted_begin(start, poses, first, leave_out=True)
     left_out = _leave_one_out(experts, poses, even, variables.end.position.overruled)
     blend = left_out.blend
     warped = warped_phases(blend.position, blend.turn, even, passed_landmarks(landmarks, STEPS))
     aligned = sample_at(moving, phases_at(warped, phases))
-    timed = _residual(sample_at(moving, _mean_clock(aligned)), blend)
-    timed[..., :3] -= left_out.own
+    share = _mean_clock(aligned)
     return RobustMotion(
         aligned=aligned,
         start=start,
         experts=left_out.experts,
         weights=left_out.weights,
         residual=_shown_here(_residual(aligned, blend)),
-        covariance=residual_covariance(timed, start.floor, TURN_FLOOR),
+        covariance=_timed_covariance(demonstrations, moving, share, left_out, start.floor),
+        time_deviation=_time_deviation(demonstrations, moving, aligned, share),
         signals=signal_tubes(aligned),
     )
+
+
+def _timed_covariance(
+    demonstrations: Sequence[Demonstration],
+    moving: Sequence[Demonstration],
+    share: Array,
+    left_out: LeftOut,
+    floor: float,
+) -> Array:
+    """Covariance of what the blend leaves at equal shares (K, N) of the time, without and with the idle ends."""
+
+    def seen(recordings: Sequence[Demonstration]) -> Array:
+        residual = _residual(sample_at(recordings, share), left_out.blend)
+        residual[..., :3] -= left_out.own
+        return residual_covariance(residual, floor, TURN_FLOOR)
+
+    covariance = seen(moving)
+    if all(len(whole) == len(part) for whole, part in zip(demonstrations, moving, strict=True)):
+        return covariance
+    return (1.0 - IDLE_SHARE) * covariance + IDLE_SHARE * seen(demonstrations)
+
+
+def _time_deviation(
+    demonstrations: Sequence[Demonstration], moving: Sequence[Demonstration], aligned: AlignedSet, share: Array
+) -> Array:
+    """Standard deviation (N,), s, of when the steps are passed, the idle ends counting as in the covariance."""
+    head = np.array([[part.time[0] - whole.time[0]] for whole, part in zip(demonstrations, moving, strict=True)])
+    idle = np.array([[whole.duration - part.duration] for whole, part in zip(demonstrations, moving, strict=True)])
+    shift = share * idle - head
+    deviation: Array = np.sqrt(aligned.time.var(axis=0, ddof=1) + IDLE_SHARE * np.mean(shift**2, axis=0))
+    return deviation
 
 
 def _mean_clock(aligned: AlignedSet) -> Array:
@@ -298,8 +335,9 @@ def _shown_here(residual: Array) -> Array:
     return shown
 
 
-def _scene_poses(variables: MotionVariables, scene: Scene) -> dict[str, Array]:
-    missing = [name for name in variables.objects if name not in scene]
+def _scene_poses(experts: Experts, variables: MotionVariables, scene: Scene) -> dict[str, Array]:
+    needed = [*variables.objects, *(name for name, _ in experts.keys if name not in (START, ABSOLUTE))]
+    missing = [name for name in needed if name not in scene]
     if missing:
         raise MissingObjectError("object of the scene", missing[0], scene, "The motion is relative to it.")
     return {name: pose.array[None] for name, pose in scene.objects.items()}
@@ -323,7 +361,7 @@ def generalize(
     MissingObjectError
         If the scene lacks an object that a motion variable refers to.
     """
-    poses = _scene_poses(variables, scene)
+    poses = _scene_poses(motion.experts, variables, scene)
     given = _given_start(motion, start)
     poses[START] = given
     warn_of_conflict(label, "start", motion.start, poses)
@@ -338,7 +376,7 @@ def generalize(
         blend.position[0],
         None if blend.turn is None else blend.turn[0],
         motion.covariance,
-        time.std(axis=0, ddof=1),
+        motion.time_deviation,
         signals.continuous,
         signals.continuous_deviation,
         signals.discrete,
