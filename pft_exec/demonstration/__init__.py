@@ -9,7 +9,7 @@ arrays.
 
 from pft_exec.demonstration.demonstration import Demonstration
 from pft_exec.demonstration.interchange import convert_recordings
-from pft_exec.demonstration.recorder import Recorder, recover_recording
+from pft_exec.demonstration.recorder import Recorder, recover_recording, recover_recordings
 from pft_exec.demonstration.scene import Scene
 from pft_exec.demonstration.segmentation import (
     discrete_changes,
@@ -29,6 +29,7 @@ __all__ = [
     "load_demonstrations",
     "moving_range",
     "recover_recording",
+    "recover_recordings",
     "save_demonstrations",
     "split_at_discrete_changes",
     "split_at_keyframes",

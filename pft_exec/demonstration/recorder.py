@@ -20,6 +20,8 @@ from pft_exec.demonstration.demonstration import Demonstration
 from pft_exec.exceptions import InvalidDemonstrationError, StorageError
 
 FORMAT = "pft_exec recording"
+RECORDING = ".recording"
+"""Suffix of recordings in a folder."""
 VERSION = 1
 
 _SCHEDULE_TOLERANCE = 1e-6  # of a period: by how much a clock's rounding may make a sample early
@@ -193,6 +195,26 @@ def recover_recording(path: str | Path) -> Demonstration:
     samples = [entry for entry in entries if "position" in entry]
     keyframes = [entry["keyframe"] for entry in entries if "keyframe" in entry]
     return _demonstration(header["label"], samples, [t for t in keyframes if samples and t < samples[-1]["time"]])
+
+
+def recover_recordings(folder: str | Path) -> list[Demonstration]:
+    """The demonstrations of all recordings in a folder, by name; those with fewer than two samples are left out.
+
+    Raises
+    ------
+    StorageError
+        If there is no such folder, or one of its files with the suffix of recordings is none.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise StorageError(f"there is no folder {folder} of recordings.")
+    recovered = []
+    for path in sorted(folder.glob(f"*{RECORDING}")):
+        try:
+            recovered.append(recover_recording(path))
+        except InvalidDemonstrationError:
+            continue  # killed before its second sample
+    return recovered
 
 
 def _demonstration(label: str, samples: list[dict[str, Any]], keyframes: list[float]) -> Demonstration:

@@ -6,7 +6,7 @@ Teaching under the hand, assistance and autonomous execution all turn this one c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from time import perf_counter
 
 import numpy as np
@@ -61,6 +61,7 @@ class ControlLoop:
         self._observer = observer
         self._begin = world.time
         self._wall = perf_counter()
+        self._seen: dict[str, Pose] = dict(world.scene.objects)
         self._at_origin = world.base == Pose(np.zeros(3))
         self.injector = FaultInjector(faults, world, self.name, self.log)
         self.guard = StateGuard(self.arm.limits, world.control_period)
@@ -93,6 +94,12 @@ class ControlLoop:
         """Pose of the tool, world frame, by the model from what `sense` says."""
         pose = self.arm.forward(self.sense()[0])
         return pose if self._at_origin else self.world.base @ pose
+
+    @property
+    def seen(self) -> Mapping[str, Pose]:
+        """Objects as the camera sees them now, world frame; one that is lost stands where it was seen last."""
+        self._seen.update(self.injector.scene(self.world.scene).objects)
+        return self._seen
 
     def is_sample_due(self) -> bool:
         """Whether a sample is due now: every `SAMPLE_PERIOD`, on whole control periods."""

@@ -15,6 +15,7 @@ from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.grasping import set_up_motion
 from pft_exec.execution.hand_path import Hand, HandPath
 from pft_exec.execution.log import Stage
+from pft_exec.execution.stopping import stop
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 from pft_exec.simulation import HandGuide, World
@@ -47,8 +48,8 @@ class GuidingFigures:
     real_time_factor: float
 
 
-def lead(loop: ControlLoop, hand: Hand, sample: Callable[[], None] | None = None) -> None:
-    """Let the hand lead the floating arm along its whole path.
+def lead(loop: ControlLoop, hand: Hand, sample: Callable[[], None] | None = None) -> bool:
+    """Let the hand lead the floating arm along its whole path; False where the arm had to stop on the way.
 
     Parameters
     ----------
@@ -64,8 +65,13 @@ def lead(loop: ControlLoop, hand: Hand, sample: Callable[[], None] | None = None
         if loop.arm is not floating.arm:
             floating.carry(loop.arm)
         started = perf_counter()
-        command = floating.update(loop.time, *loop.sense())
+        state = loop.sense()
+        if loop.guard.is_lost:
+            stop(loop, loop.guard.reason)
+            return False
+        command = floating.update(loop.time, *state)
         loop.apply(command, Stage.GUIDED, perf_counter() - started, hand.pull)
+    return True
 
 
 def lead_there(world: World, setting: Setting, plans: Sequence[HandPath], observer: Observer | None = None) -> None:

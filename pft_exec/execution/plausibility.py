@@ -27,6 +27,8 @@ ROOM = 0.002
 """rad; twenty standard deviations of ordinary encoder noise (1e-4 rad)."""
 IMPACT = 1000.0
 """rad/s^2; a wrist of 0.02 kg m^2 that is hit with 100 N at 0.2 m."""
+COAST_TIME = 0.02
+"""s for which the model may stand in for readings that cannot be."""
 FASTEST = 3.0
 """Multiple of a joint's velocity limit beyond which no reading of its velocity is believed."""
 FADING = 0.05
@@ -92,6 +94,11 @@ class StateGuard:
         """(n,), rad: by how much a reading may differ from what is expected."""
         room: Array = self._tolerance + UNSEEN_SPEED * self._dark
         return room
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the state has been in doubt for longer than the model may stand in."""
+        return self.doubt > COAST_TIME
 
     def _begin(self, q: Array, v: Array) -> tuple[Array, Array]:
         """The first reading is believed as far as it is a number."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from pft_exec.control import Command
 from pft_exec.execution.log import LogRecorder
-from pft_exec.execution.plausibility import StateGuard
+from pft_exec.execution.plausibility import COAST_TIME, StateGuard
 from pft_exec.execution.pursuit import GO_ON, Instant, Verdict
 from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
@@ -32,8 +32,6 @@ NEAR, FAR = 4.0, 8.0
 """Mahalanobis distances; 4 is exceeded by chance once in 70 (6 degrees of freedom)."""
 OFF_TIME = 2.0
 """s for which the tool may stay so far off that the motion waits, before it is stopped."""
-COAST_TIME = 0.02
-"""s for which the model may stand in for readings that cannot be."""
 FALLBACK_TIME = 0.05
 """s for which the solver may fail in a row."""
 SATURATED_TIME = 0.1
@@ -100,7 +98,7 @@ class SafetySupervisor:
         doubt, reason = self._guard.doubt, self._guard.reason
         if doubt <= 0.0:
             return GO_ON
-        if doubt > COAST_TIME:
+        if self._guard.is_lost:
             return Verdict(0.0, "stopped", f"{reason}, for longer than {1e3 * COAST_TIME:.0f} ms")
         return Verdict(0.0, None, reason)
 

@@ -7,15 +7,19 @@ was, not where the hand wanted it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from pft_exec.demonstration import Demonstration, Recorder, Scene
+from pft_exec.demonstration.recorder import RECORDING
 from pft_exec.demonstration.synthetic import HumanStyle
 from pft_exec.description import Setting, draw_settings, nominal_setting, random_stream
-from pft_exec.exceptions import LearningError, UnreachableError
+from pft_exec.exceptions import LearningError, StorageError, UnreachableError
 from pft_exec.execution.control_loop import SAMPLE_PERIOD, ControlLoop, Observer
+from pft_exec.execution.faults import Fault
 from pft_exec.execution.grasping import GRIPPER_CLOSED, handles_objects
 from pft_exec.execution.guiding import GuidingFigures, guiding_figures, lead, lead_there, measure_swivel_drift
 from pft_exec.execution.hand_path import Hand, HandPath, plan_hand_paths
@@ -38,6 +42,8 @@ def teach(
     style: HumanStyle | None = None,
     report: Report | None = None,
     observer: Observer | None = None,
+    faults: Sequence[Fault] = (),
+    record: str | Path | None = None,
 ) -> list[Demonstration]:
     """Let a synthetic person teach one motion by hand.
 
@@ -62,6 +68,12 @@ def teach(
         far the elbow drifts; the demonstrations are the same.
     observer : callable or None
         Called with the world after every control period.
+    faults : sequence of Fault
+        Injected in each demonstration (`pft_exec.execution.faults`). One in which the arm had to stop is left out, with
+        a warning.
+    record : str, Path or None
+        A folder, made where there is none, in which each demonstration is written down while it is made, sample by
+        sample: a killed process loses none (`recover_recordings`).
 
     Returns
     -------
@@ -79,6 +91,8 @@ def teach(
         if the task's placements leave no scene in which it can.
     LearningError
         If `count` is below 1.
+    StorageError
+        If nothing can be written to `record`.
     """
     if count < 1:
         raise LearningError(f"at least one demonstration is taught; got count={count}.")
@@ -86,8 +100,11 @@ def teach(
     lessons = _plan(world, label, name, count, world.seed if seed is None else seed, scene, style)
     drift = 0.0 if report is None else measure_swivel_drift(world, lessons[0][0], lessons[0][1][0])
     demonstrations = []
-    for setting, plans in lessons:
-        loop, demonstration = _demonstrate(world, setting, plans, observer)
+    for number, (setting, plans) in enumerate(lessons):
+        path = None if record is None else recording_path(record, label, name, number)
+        loop, demonstration = _demonstrate(world, setting, plans, observer, faults, path)
+        if demonstration is None:
+            continue
         demonstrations.append(demonstration)
         if report is not None:
             report(guiding_figures(loop, plans[-1], drift))
@@ -145,21 +162,53 @@ class _Planner:
 
 
 def _demonstrate(
-    world: World, setting: Setting, plans: list[HandPath], observer: Observer | None
-) -> tuple[ControlLoop, Demonstration]:
-    """One demonstration: set up, make what comes before, let the arm float, let the hand lead, record."""
+    world: World,
+    setting: Setting,
+    plans: list[HandPath],
+    observer: Observer | None,
+    faults: Sequence[Fault],
+    path: Path | None,
+) -> tuple[ControlLoop, Demonstration | None]:
+    """One demonstration: set up, make what comes before, let the arm float, let the hand lead, record.
+
+    None where the arm had to stop on the way.
+    """
     lead_there(world, setting, plans, observer)
     plan = plans[-1]
-    loop = ControlLoop(world, plan.arm, observer=observer)
-    recorder = Recorder(plan.label, SAMPLE_PERIOD)
-    lead(loop, Hand(world, plan), lambda: _record(recorder, loop))
-    return loop, recorder.demonstration()
+    loop = ControlLoop(world, plan.arm, observer=observer, faults=faults)
+    with Recorder(plan.label, SAMPLE_PERIOD, path) as recorder:
+        if lead(loop, Hand(world, plan), lambda: _record(recorder, loop)):
+            return loop, recorder.demonstration()
+    warnings.warn(
+        f"a demonstration of {plan.label!r} is left out: {loop.guard.reason} at {loop.time:.2f} s.",
+        RuntimeWarning,
+        stacklevel=3,
+    )
+    return loop, None
+
+
+def recording_path(folder: str | Path, label: str, arm: str, number: int) -> Path:
+    """Where the recording of a demonstration, counted from 0, is written; its folder is made.
+
+    Raises
+    ------
+    StorageError
+        If the folder cannot be made.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"the folder {folder} cannot be made ({error.strerror}).") from error
+    return folder / f"{label}_{arm}_{number:03d}{RECORDING}"
 
 
 def _record(recorder: Recorder, loop: ControlLoop) -> None:
     """One sample: what the arm does and what the camera would see."""
     world, name = loop.world, loop.name
-    tool = world.tool(name)
+    if loop.guard.doubt > 0.0:
+        return  # the next period that has not had a sample takes one
+    tool = loop.tool()
     works_gripper = handles_objects(world.task) and world.has_gripper(name)
     recorder.add(
         loop.time,
@@ -167,6 +216,6 @@ def _record(recorder: Recorder, loop: ControlLoop) -> None:
         tool.quaternion,
         continuous={"gripper": world.gripper(name)},
         discrete={GRIPPER_CLOSED: int(world.is_gripper_closed(name))} if works_gripper else {},
-        objects={key: pose.array for key, pose in world.scene.objects.items()},
+        objects={key: pose.array for key, pose in loop.seen.items()},
         configuration=loop.sense()[0],
     )

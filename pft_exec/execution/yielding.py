@@ -11,7 +11,6 @@ from pft_exec.control import Command, GravityCompensation
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.log import Stage
-from pft_exec.execution.supervisor import COAST_TIME
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 
@@ -123,7 +122,7 @@ def give_way(loop: ControlLoop, force: ForceWatch, before: Command | None) -> bo
     yielding, begin, command = Yielding(loop.arm, loop.world.control_period), loop.time, before
     yielding.begin(begin, before)
     calm = Calm(begin)
-    while loop.time - begin < LONGEST and loop.guard.doubt <= COAST_TIME:
+    while loop.time - begin < LONGEST and not loop.guard.is_lost:
         started = perf_counter()
         q, v = loop.sense()
         force.feel(q, v, command)
