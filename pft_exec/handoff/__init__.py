@@ -6,10 +6,11 @@ the arm's state onto the tube's moving target, planned once, limits kept; a `Pac
 meant. What follows the joints is `pft_exec.control`; who calls whom is `pft_exec.execution`.
 """
 
+from pft_exec.handoff.moving_frame import JointState
 from pft_exec.handoff.pace import PacedClock
 from pft_exec.handoff.policy import Decision, PolicySettings, TakeoverPolicy
 from pft_exec.handoff.take_back import ExternalForce, ForceObserver, TakeBack
-from pft_exec.handoff.transition import JointState, Transition, plan_transition
+from pft_exec.handoff.transition import Transition, plan_transition
 
 __all__ = [
     "Decision",

@@ -76,7 +76,9 @@ class ForceObserver:
         self.control_period = control_period
         self._share = 1.0 - math.exp(-bandwidth * control_period)
         self._residual = np.zeros(len(arm.joint_names))
-        self._before: tuple[ArmDynamics, Array, Array] | None = None  # at the last call; third: all but the motor torque
+        self._before: tuple[ArmDynamics, Array, Array] | None = (
+            None  # at the last call; third: all but the motor torque
+        )
         self._estimate = ExternalForce(self._residual, np.zeros(3), np.zeros(3))
 
     def update(self, q: Array, v: Array, torque: Array | None) -> ExternalForce:

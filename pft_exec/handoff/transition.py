@@ -1,8 +1,10 @@
 r"""The transition: a jerk-limited joint motion that meets a moving target where it will be, planned once.
 
 From the measured configuration and velocity and the last commanded acceleration, ruckig plans to the state that the
-target has on arrival, velocity and acceleration included. The time of arrival T is the shortest that suffices: tried
-every 50 ms, then halved down to below a millisecond, and then asked for exactly. A plan is never chased from period to
+target has on arrival, velocity and acceleration included. It is planned in the target's own frame
+(`pft_exec.handoff.moving_frame`); where the target leaves too little of the limits for that, between two absolute
+states: the time of arrival T is the shortest that suffices, tried every 50 ms, then halved down to below a millisecond,
+and then asked for exactly. A plan is never chased from period to
 period: that lags behind by 18 mrad and jerks all the time (measured).
 """
 
@@ -14,11 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 import ruckig
 
-from pft_exec.geometry import Array, read_only
+from pft_exec.geometry import read_only
+from pft_exec.handoff.moving_frame import JointState, plan_offset
 from pft_exec.model import JointLimits
-
-JointState = tuple[Array, Array, Array]
-"""Configuration, velocity and acceleration, each (n,): rad, rad/s, rad/s^2."""
 
 SEARCH_STEP = 0.05
 """s between the arrival times that are tried first."""
@@ -52,16 +52,13 @@ class Transition:
     reason: str
     start: JointState
     end: JointState
-    _trajectory: ruckig.Trajectory | None = None
+    _path: Callable[[float], JointState] | None = None
 
     def at(self, time: float) -> JointState:
         """State at a time, s, since the start; before and after, that of the nearer end."""
-        if self._trajectory is None or time <= 0.0:
+        if self._path is None or time <= 0.0:
             return self.start
-        if time >= self.duration:
-            return self.end
-        q, v, a = self._trajectory.at_time(time)
-        return np.array(q), np.array(v), np.array(a)
+        return self.end if time >= self.duration else self._path(time)
 
 
 def plan_transition(
@@ -87,6 +84,10 @@ def plan_transition(
     planner = _Planner(state, target, limits)
     if not planner.is_finite(state):
         return _failed(state, "the state is not finite")
+    offset = plan_offset(state, target, limits, longest)
+    if offset is not None:
+        end = target(offset.duration)
+        return Transition(True, offset.duration, "", state, _copied(end), offset.at)
     arrival = planner.earliest_arrival(longest)
     if arrival is None:
         return _failed(state, f"the target cannot be met within {longest:g} s: {planner.trouble}")
@@ -161,7 +162,7 @@ class _Planner:
                 beyond = self.beyond_limits(trajectory)
                 if beyond > _TOLERANCE:
                     return _failed(self.state, f"it would pass a joint limit by {beyond:.3g} rad")
-                return Transition(True, arrival, "", self.state, self.meeting(arrival), trajectory)
+                return Transition(True, arrival, "", self.state, self.meeting(arrival), _path_of(trajectory))
             arrival += LATER
         return _failed(self.state, f"the target cannot be met at the time that a transition takes, up to {longest:g} s")
 
@@ -175,6 +176,16 @@ class _Planner:
         extrema = trajectory.position_extrema
         reached = np.array([[joint.min, joint.max] for joint in extrema])
         return float(max(np.max(lowest - reached[:, 0]), np.max(reached[:, 1] - highest)))
+
+
+def _path_of(trajectory: ruckig.Trajectory) -> Callable[[float], JointState]:
+    """A ruckig trajectory from time, s, to state."""
+
+    def at(time: float) -> JointState:
+        q, v, a = trajectory.at_time(time)
+        return np.array(q), np.array(v), np.array(a)
+
+    return at
 
 
 def _copied(state: JointState) -> JointState:
