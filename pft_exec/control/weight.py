@@ -45,7 +45,7 @@ class WeightEstimate:
         """Forget everything: another model, or another task."""
         self.mass = 0.0
         self.force = np.zeros(3)
-        self._weights: Array = 1.0 / (arm.friction.coulomb + _LEAST_FRICTION) ** 2
+        self._weights: Array = np.asarray(1.0 / (arm.friction.coulomb + _LEAST_FRICTION) ** 2, dtype=float)
         self._before: tuple[float, Array, ArmDynamics, Array] | None = None
 
     def remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
@@ -82,7 +82,7 @@ class WeightEstimate:
     def _force(self, jacobian: Array, residual: Array) -> Array:
         """Force (3,), N, of the wrench at the tool that explains a joint torque (n,), N m, best."""
         weighted = jacobian * self._weights
-        square: Array = weighted @ jacobian.T
+        square = np.asarray(weighted @ jacobian.T, dtype=float)
         square += np.diag(1e-4 * np.diag(square) + 1e-9)
         force: Array = np.linalg.solve(square, weighted @ residual)[:3]
         return force

@@ -13,7 +13,7 @@ from pft_exec.exceptions import UnknownMethodError
 from tests.control.programs import conflicting, control_program, impossible, known
 
 EXACT = {"daqp": 1e-8, "quadprog": 1e-8, "osqp": 5e-4}  # N m, rad/s^2 or whatever the program's rows are in
-TORQUE_ERROR = {"daqp": (1e-8, 1e-8), "osqp": (1e-2, 0.3)}  # N m: in nine of ten programs, and in the worst
+TORQUE_ERROR = {"daqp": (1e-8, 1e-8), "osqp": (1e-3, 2e-2)}  # N m: in nine of ten programs, and in the worst
 SOLVERS = sorted(EXACT)
 
 
@@ -82,7 +82,7 @@ def test_control_programs_agree_with_the_oracle(arm, start, name):
         assert solution.found
         assert exact.found
         errors.append(np.max(np.abs(program.G @ (solution.x - exact.x))))
-        assert program.violation(solution.x) <= 1e-4
+        assert program.violation(solution.x) <= EXACT[name]
     usual, worst = TORQUE_ERROR[name]
     assert np.percentile(errors, 90) <= usual
     assert max(errors) <= worst
@@ -108,3 +108,28 @@ def test_several_constraints_are_stacked_in_order():
     np.testing.assert_array_equal(program.soft, [True, True, False, True, True])
     np.testing.assert_array_equal(program.lower, [-1.0, -1.0, 0.0, -1.0, -1.0])
     np.testing.assert_array_equal(program.row_values(np.array([1.0, 2.0])), [1.0, 2.0, 3.0, 1.0, 2.0])
+
+
+def test_osqp_keeps_its_workspace_while_rows_come_and_go(arm, start):
+    """Obstacles add soft rows and take them away; the answers are the oracle's all the same."""
+    generator = np.random.default_rng(9)
+    solver, oracle = load_solver("osqp"), load_solver("daqp")
+    for count in (0, 1, 3, 0, 2):
+        program = control_program(arm, start, generator)
+        rows = generator.normal(size=(count, 7))
+        more = replace(
+            program,
+            G=np.vstack([program.G, rows]),
+            lower=np.concatenate([program.lower, -5.0 * np.ones(count)]),
+            upper=np.concatenate([program.upper, np.full(count, np.inf)]),
+            soft=np.concatenate([program.soft, np.ones(count, dtype=bool)]),
+        )
+        solution = solver.solve(more)
+        assert solution.found
+        assert solution.multipliers.shape == more.lower.shape
+        np.testing.assert_allclose(more.G[:7] @ solution.x, more.G[:7] @ oracle.solve(more).x, atol=2e-2)
+
+
+def test_osqp_refuses_a_cost_that_is_not_convex():
+    program, _, _ = known()
+    assert "not convex" in load_solver("osqp").solve(replace(program, H=-program.H)).status
