@@ -39,6 +39,8 @@ def test_relations_are_those_of_the_last_waypoint(name: str) -> None:
     """What a motion is said to obey is what its demonstrators are led by."""
     task = load_task(name)
     for label in task.labels:
+        if not task.motion(label).waypoints:
+            continue  # a curve alone ends relative to where it begins
         relations = task.relations(label)
         position, orientation = task.motion(label).waypoints[-1].frames
         words = {"world": "absolute"}
