@@ -80,7 +80,9 @@ def handled_objects(landmarks: Array, path: Array, poses: Mapping[str, Array], e
     """
     steps = np.round(landmarks.mean(axis=0) * (path.shape[1] - 1)).astype(int)
     at = path[:, steps]
-    spread = {name: np.linalg.norm((at - pose[:, None, :3]).std(axis=0, ddof=1), axis=-1) for name, pose in poses.items()}
+    spread = {
+        name: np.linalg.norm((at - pose[:, None, :3]).std(axis=0, ddof=1), axis=-1) for name, pose in poses.items()
+    }
     return tuple(name for name, values in spread.items() if bool((values < REACHED * extent).any()))
 
 

@@ -38,11 +38,17 @@ from pft_exec.learning.experts import (
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.learning.frames import object_names, object_poses
-from pft_exec.learning.landmarks import find_landmarks, passed_landmarks, phases_at, phases_through
+from pft_exec.learning.landmarks import (
+    find_landmarks,
+    handled_objects,
+    passed_landmarks,
+    phases_at,
+    phases_through,
+)
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
 from pft_exec.learning.stacking import blend_positions, blend_turns, cross_fitted_errors, stack_weights
-from pft_exec.learning.variables import START, MotionVariables
+from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables
 
 FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
 TURN_FLOOR = 0.005  # rad, the same for orientations
