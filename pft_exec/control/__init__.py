@@ -27,6 +27,7 @@ from pft_exec.control.gravity_compensation import GravityCompensation, stop_damp
 from pft_exec.control.joint_trajectory import JointTrajectory, plan_joint_trajectory
 from pft_exec.control.limits import Constraint, acceleration_bounds, torque_constraint
 from pft_exec.control.objectives import Objective, posture_objective, tool_objective
+from pft_exec.control.payload import PayloadEstimate, estimate_payload
 from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
 from pft_exec.control.reference import JointReference, Reference, holding, joined
 from pft_exec.control.rolling_trajectory import RollingTrajectory, SmoothTube, TakenUp, smooth_tube
@@ -42,6 +43,7 @@ __all__ = [
     "JointReference",
     "JointTrajectory",
     "Objective",
+    "PayloadEstimate",
     "QuadraticProgram",
     "Reference",
     "RollingTrajectory",
@@ -54,6 +56,7 @@ __all__ = [
     "assemble",
     "compute_compliance",
     "constant_compliance",
+    "estimate_payload",
     "holding",
     "joined",
     "load_solver",

@@ -7,7 +7,7 @@ How many iterations it takes is a matter of scale, and accelerations, torques an
     \quad\text{s.t.}\quad D^{-1} l \le D^{-1} A L^{-T} y \le D^{-1} u,
 
 where D makes all rows of length one: the cost never changes but in its linear part, and a tolerance means the same in
-every row. Soft rows are first held as if they were hard, which they can be in all but a few periods; where that fails, a
+every row. Soft rows are first held as if they were hard, which they can be in all but a few periods; where it fails, a
 second workspace has a slack for each. After a failure a workspace answers with stale data, so it is set up anew.
 """
 
