@@ -14,9 +14,9 @@ from pft_exec.execution.log import Stage
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 
-FADE = (0.008, 0.03)
+FADE = (0.006, 0.03)
 """s, at least and at most, over which the torque of a command before becomes that of floating."""
-FADE_STEP = 0.48
+FADE_STEP = 0.44
 """N m by which no joint's torque changes more in a control period of the fade, unless it would take too long."""
 BRAKE_SHARE = 0.4
 """Share of each joint's velocity limit from which fast motion is braked."""

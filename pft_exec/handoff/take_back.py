@@ -20,11 +20,11 @@ from pft_exec.exceptions import ControlError
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, ArmDynamics
 
-BANDWIDTH = 180.0
-"""1/s; half of a sudden force is seen after 4 ms, and ordinary encoder noise as 8 N."""
+BANDWIDTH = 220.0
+"""1/s; half of a sudden force is seen after 3 ms."""
 THRESHOLD = 15.0
 """N; a friction error of a fifth is felt as 4 N, half a kilogram of unknown payload as 7 N (measured)."""
-HOLD_TIME = 0.003
+HOLD_TIME = 0.002
 """s for which the force must last: an impact is shorter."""
 USUAL_TIME = 0.3
 """s over which a force that lasts becomes usual."""

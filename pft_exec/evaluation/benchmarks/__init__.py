@@ -10,6 +10,7 @@ from typing import Any
 
 from pft_exec.evaluation.benchmarks.compliance import measure_compliance
 from pft_exec.evaluation.benchmarks.faults import measure_faults
+from pft_exec.evaluation.benchmarks.handoff import measure_handoff
 from pft_exec.evaluation.benchmarks.learning import time_learning
 from pft_exec.evaluation.benchmarks.obstacle import measure_obstacle
 from pft_exec.evaluation.benchmarks.people import synthetic_demonstrations
@@ -23,6 +24,7 @@ __all__ = ["BENCHMARKS", "benchmark", "synthetic_demonstrations"]
 BENCHMARKS: dict[str, Benchmark] = {
     "compliance": measure_compliance,
     "faults": measure_faults,
+    "handoff": measure_handoff,
     "learning": time_learning,
     "obstacle": measure_obstacle,
     "recognition": time_recognition,
