@@ -64,6 +64,10 @@ def _log_normal(log_value: Array, log_median: Array | float, deviation: float) -
     return weights
 
 
+_AROUND = _log_normal(_GRID[None, :], _GRID[:, None], SHARED_LOG_DEVIATION)
+_SHARED = _log_normal(_GRID, np.log(PRECISION), PRECISION_LOG_DEVIATION)
+
+
 def _log_likelihoods(candidates: Sequence[Candidate], extent: float, dimension: int) -> Array:
     """(C, G): log likelihood of each candidate on the grid of standard deviations, in extents."""
     degrees = dimension * (len(candidates[0].residual) - 1)
@@ -89,9 +93,8 @@ def _hypotheses(candidates: Sequence[Candidate], extent: float, dimension: int, 
     """(C + 1, G): prior times likelihood of each hypothesis, given each shared precision; none comes last."""
     log_likelihood = _log_likelihoods(candidates, extent, dimension)
     likelihood = np.exp(log_likelihood - log_likelihood.max())
-    around = _log_normal(_GRID[None, :], _GRID[:, None], SHARED_LOG_DEVIATION)
     names = [c.name for c in candidates]
-    tied = _prior(names)[:, None] * (likelihood @ around.T)
+    tied = _prior(names)[:, None] * (likelihood @ _AROUND.T)
     free = PRIOR[NONE] * float(likelihood[names.index(ABSOLUTE)] @ _scatter(other, scatter))
     return np.vstack([tied, np.full(len(_GRID), free)])
 
@@ -113,11 +116,10 @@ def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float, scatter: fl
         dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for e in ends for c in e], axis=0))))
     before = [0.0] + [end[0].spread / np.sqrt(dimension) / extent for end in ends[:-1]]
     hypotheses = [_hypotheses(end, extent, dimension, other, scatter) for end, other in zip(ends, before, strict=True)]
-    shared = _log_normal(_GRID, np.log(PRECISION), PRECISION_LOG_DEVIATION)
     found = []
     for index, end in enumerate(ends):
         others = np.prod([h.sum(axis=0) for i, h in enumerate(hypotheses) if i != index], axis=0)
-        posterior = (hypotheses[index] * shared * others).sum(axis=1)
+        posterior = (hypotheses[index] * _SHARED * others).sum(axis=1)
         found.append(Evidence(end, posterior / posterior.sum()))
     return found
 

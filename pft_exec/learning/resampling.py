@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.geometry import Array, interpolate_quaternion
+from pft_exec.geometry import Array, interpolate_quaternion, read_only
 
 
 def rows_at(time: Array, values: Array, wanted: Array) -> Array:
@@ -51,9 +53,9 @@ def arc_length(paths: Array) -> Array:
     return share
 
 
+@lru_cache(maxsize=32)
 def smoothing(count: int, width: float) -> Array:
-    """Matrix (N, N) that averages over neighbours with Gaussian weights of standard deviation `width` steps."""
+    """Matrix (N, N), read-only, that averages over neighbours with Gaussian weights of deviation `width` steps."""
     steps = np.arange(count)
     weights = np.exp(-0.5 * ((steps[:, None] - steps[None, :]) / max(width, 1e-9)) ** 2)
-    matrix: Array = weights / weights.sum(axis=1, keepdims=True)
-    return matrix
+    return read_only(weights / weights.sum(axis=1, keepdims=True))

@@ -47,7 +47,7 @@ from pft_exec.learning.landmarks import (
 )
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
-from pft_exec.learning.stacking import blend_positions, blend_turns, cross_fitted_errors, stack_weights
+from pft_exec.learning.stacking import blend_positions, blend_turns, cross_errors, cross_fitted_errors, stack_weights
 from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables
 
 FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
@@ -207,12 +207,8 @@ def _own_axes_where_they_help(experts: Experts, errors: Array) -> Experts:
         pair = [i for i in kept if experts.keys[i][0] == name]
         if len(pair) == 2:
             sets = [[i for i in kept if i == one or i not in pair] for one in pair]
-            kept = min(sets, key=lambda chosen: _cross_error(errors[chosen], experts.floor))
+            kept = sets[int(np.argmin(cross_errors(errors, experts.floor, sets)))]
     return replace(experts, keys=tuple(experts.keys[i] for i in kept), local=experts.local[kept])
-
-
-def _cross_error(errors: Array, floor: float) -> float:
-    return float(np.mean(cross_fitted_errors(errors, floor) ** 2))
 
 
 def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
@@ -220,7 +216,7 @@ def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
     unshaped = len(experts.keys) + 1
     if len(errors) == unshaped:
         return experts
-    with_shapes, without = _cross_error(errors, experts.floor), _cross_error(errors[:unshaped], experts.floor)
+    with_shapes, without = cross_errors(errors, experts.floor, [range(len(errors)), range(unshaped)])
     return replace(experts, shaped=with_shapes < without)
 
 

@@ -11,6 +11,8 @@ residual, sets of experts are compared: every expert more costs precision of the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pft_exec.geometry import Array, multiply, quaternion_from_rotation_vector, relative_rotation_vector
@@ -56,9 +58,23 @@ def stack_weights(errors: Array, floor: float) -> Array:
     return _weights(_error_products(errors).mean(axis=0), floor)
 
 
+def cross_errors(errors: Array, floor: float, sets: Sequence[Sequence[int]]) -> list[float]:
+    """Mean squares of `cross_fitted_errors` of sets of experts; parameters as above."""
+    products = _error_products(errors)
+    return [
+        float(
+            np.mean(_cross_fitted(products[..., np.array(chosen)[:, None], chosen], errors[list(chosen)], floor) ** 2)
+        )
+        for chosen in sets
+    ]
+
+
 def cross_fitted_errors(errors: Array, floor: float) -> Array:
     """Errors (K, N, 3) of the blend for each demonstration, its weights found without it; parameters as above."""
-    products = _error_products(errors)
+    return _cross_fitted(_error_products(errors), errors, floor)
+
+
+def _cross_fitted(products: Array, errors: Array, floor: float) -> Array:
     others = (products.sum(axis=0) - products) / max(len(products) - 1, 1)
     blended: Array = np.einsum("kne,ekni->kni", _weights(others, floor), errors)
     return blended

@@ -13,6 +13,7 @@ from scipy.stats import chi2, norm
 from pft_exec.demonstration import Demonstration, Scene, convert_recordings
 from pft_exec.geometry import Pose, geodesic_distance
 from pft_exec.learning import FlowTube, learn_motion
+from tests.learning.bottle_motions import LABELS, perform
 from tests.learning.taught import TRUTH, lesson, moved, stirring, taught, turned, with_objects
 
 
@@ -241,3 +242,60 @@ def test_left_out_placements_are_predicted_with_honest_uncertainty(recordings) -
     assert 0.65 <= one <= 0.76
     assert 0.90 <= two <= 0.97
     assert three >= 0.96
+
+
+def test_a_constant_axis_stays_constant() -> None:
+    flat = [replace(d, position=d.position * [1.0, 1.0, 0.0]) for d in lesson("go_home")]
+    tube = _tube(flat, flat[0])
+    assert np.abs(tube.position[:, 2]).max() < 1e-9
+    assert (tube.covariance[:, 2, 2] > 0.0).all()
+
+
+def _bottle_tube(label: str, seed: int) -> tuple[FlowTube, Demonstration]:
+    rng = np.random.default_rng([seed, LABELS.index(label)])
+    *shown, new = [perform(label, rng) for _ in range(6)]
+    return learn_motion(shown).flow_tube(new.scene, new.start), new
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_stirring_with_the_bottle_in_hand_keeps_five_circles_over_the_cup(seed: int) -> None:
+    tube, new = _bottle_tube("stir", seed)
+    inner = tube.position[10:-10]
+    center = 0.5 * (inner.min(axis=0) + inner.max(axis=0))
+    radius = np.linalg.norm((tube.position - center)[:, :2], axis=1)
+    assert 0.045 <= radius.min() <= radius.max() <= 0.055
+    turn = np.unwrap(np.arctan2(*(tube.position - center).T[1::-1]))
+    assert (turn[-1] - turn[0]) / (2 * np.pi) == pytest.approx(5.0, abs=0.2)
+    cup = new.scene["cup"].position
+    assert np.linalg.norm((center - cup - [-0.04, 0.0, 0.24])[:2]) < 0.01
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_shaking_keeps_four_fifths_of_its_amplitude(seed: int) -> None:
+    tube, _ = _bottle_tube("shake", seed)
+    height = tube.position[:, 2] - tube.position[0, 2]
+    assert height.max() > 0.8 * 0.06
+    assert height.min() < -0.8 * 0.06
+
+
+def test_pouring_back_begins_over_the_cup_wherever_the_tool_is() -> None:
+    rng = np.random.default_rng([0, LABELS.index("pour_done")])
+    *shown, new = [perform("pour_done", rng) for _ in range(6)]
+    elsewhere = Pose(new.start.apply([0.1, -0.1, 0.1]), new.start.quaternion)
+    tube = learn_motion(shown).flow_tube(new.scene, elsewhere)
+    np.testing.assert_allclose(tube.position[0], new.position[0], atol=0.01)
+
+
+def test_idle_ends_widen_timing_and_covariance_but_only_where_the_tool_moves() -> None:
+    demonstrations = lesson("reach")
+    idle = [_idle(d, 15, 15) for d in demonstrations]
+    one, other = _tube(demonstrations, NEW["reach"]), _tube(idle, NEW["reach"])
+    assert one.time_deviation is not None
+    assert other.time_deviation is not None
+    spread = (
+        np.trace(one.covariance[:, :3, :3], axis1=1, axis2=2),
+        np.trace(other.covariance[:, :3, :3], axis1=1, axis2=2),
+    )
+    assert other.time_deviation[0] > one.time_deviation[0]
+    assert spread[1][30] > 1.15 * spread[0][30]
+    assert spread[1][-1] < 1.5 * spread[0][-1]
