@@ -270,6 +270,8 @@ class RobotBody:
                 f"got {width} m."
             )
         self._width_goal[arm] = float(width)
+        if width > self._width[arm]:  # what was pressed on is let go at once, from where the pads are
+            self._width[arm] = min(max(self._width[arm], self.width(arm)), float(width))
 
     def place_gripper(self, arm: str, width: float | None = None) -> None:
         """Set up: open a gripper, or put its pads at a distance, m, and let them press on from there at once."""
