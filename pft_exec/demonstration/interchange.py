@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import warnings
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -37,7 +38,8 @@ def convert_recordings(path: str | Path, scale: float = 1.0) -> list[Demonstrati
     Returns
     -------
     list of Demonstration
-        Planar recordings have z = 0. Time counts from the first sample.
+        Planar recordings have z = 0. Time counts from the first sample. Samples that are not finite or not later than
+        those before are left out with a `RuntimeWarning`.
 
     Raises
     ------
@@ -78,16 +80,58 @@ def _npz_demonstration(path: Path, arrays: Mapping[str, Any], index: int, scale:
     time = np.asarray(named("t"), dtype=float)
     quaternion = named("quat") if f"quat_{index:04d}" in arrays else None
     frames = sorted(key.split("_")[0] for key in arrays if key.startswith("frame") and key.endswith(f"_b_{index:04d}"))
-    return Demonstration(
+    return _demonstration(
+        f"recording {index} of {path.name}",
+        time,
+        scale * _spatial(named("pos")),
+        quaternion,
         label=str(arrays["label"].ravel()[index]),
-        time=time - time[0],
-        position=scale * _spatial(named("pos")),
-        quaternion=None if quaternion is None else _unit(quaternion),
         objects={
             frame: np.concatenate([scale * _spatial(named(f"{frame}_b")), _frame_quaternion(named(f"{frame}_A"))])
             for frame in frames
         },
     )
+
+
+def _demonstration(
+    name: str,
+    time: Array,
+    position: Array,
+    quaternion: Array | None,
+    label: str,
+    continuous: Mapping[str, Array] | None = None,
+    objects: Mapping[str, Array] | None = None,
+) -> Demonstration:
+    """A demonstration of the samples that can be used; a warning says how many cannot."""
+    columns = {"time": time, "position": position, "quaternion": quaternion, **(continuous or {})}
+    rows = {key: np.asarray(values, dtype=float) for key, values in columns.items() if values is not None}
+    if len({len(values) for values in rows.values()}) == 1:
+        used = _usable(rows)
+        if not used.all():
+            warnings.warn(
+                f"{name} ({label}): {np.sum(~used)} of {len(used)} samples are left out; they are not finite, or no "
+                f"later than the sample before.",
+                RuntimeWarning,
+                stacklevel=4,
+            )
+            rows = {key: values[used] for key, values in rows.items()}
+    return Demonstration(
+        label=label,
+        time=rows["time"] - rows["time"][:1],
+        position=rows["position"],
+        quaternion=None if quaternion is None else _unit(rows["quaternion"]),
+        continuous={key: rows[key] for key in continuous or {}},
+        objects=dict(objects or {}),
+    )
+
+
+def _usable(rows: Mapping[str, Array]) -> NDArray[np.bool_]:
+    """(N,): which samples are finite in all columns, and later than all usable ones before."""
+    finite = np.all([np.isfinite(values).reshape(len(values), -1).all(axis=1) for values in rows.values()], axis=0)
+    clock = np.where(finite, rows["time"], -np.inf)
+    latest = np.concatenate([[-np.inf], np.maximum.accumulate(clock)[:-1]])
+    usable: NDArray[np.bool_] = finite & (clock > latest)
+    return usable
 
 
 def _spatial(values: ArrayLike) -> Array:
@@ -138,11 +182,11 @@ def _csv_demonstration(path: Path, names: list[str], rows: list[dict[str, str]],
             raise StorageError(f"{path}: columns {wanted} must hold numbers ({error}).") from error
 
     known = {"time", "label", "demonstration", *_POSITION, *_QUATERNION}
-    time = columns(("time",))[:, 0]
-    return Demonstration(
+    return _demonstration(
+        f"a recording of {path.name}",
+        columns(("time",))[:, 0],
+        scale * _spatial(columns(tuple(name for name in _POSITION if name in names))),
+        columns(_QUATERNION) if all(name in names for name in _QUATERNION) else None,
         label=rows[0].get("label") or path.stem,
-        time=time - time[0],
-        position=scale * _spatial(columns(tuple(name for name in _POSITION if name in names))),
-        quaternion=_unit(columns(_QUATERNION)) if all(name in names for name in _QUATERNION) else None,
         continuous={name: columns((name,))[:, 0] for name in names if name and name not in known},
     )

@@ -140,3 +140,28 @@ def test_recordings_of_real_people_convert_and_survive_storage(
         np.testing.assert_array_equal(first.position, second.position)
         if oriented:
             np.testing.assert_array_equal(first.quaternion, second.quaternion)
+
+
+def test_samples_that_cannot_be_used_are_left_out_and_counted(tmp_path: Path) -> None:
+    """A repeated one, one that is late, and one that was lost; what remains is what a clean file gives."""
+    time = np.array([0.0, 0.1, 0.1, 0.2, 0.15, 0.3, 0.4])
+    position = np.column_stack([time, time])
+    position[5] = np.nan
+    np.savez(tmp_path / "r.npz", label=np.array(["a"]), pos_0000=position, t_0000=time)
+    with pytest.warns(RuntimeWarning, match=r"recording 0 of r\.npz \(a\): 3 of 7 samples are left out"):
+        (demonstration,) = convert_recordings(tmp_path / "r.npz")
+    np.testing.assert_allclose(demonstration.time, [0.0, 0.1, 0.2, 0.4])
+    np.testing.assert_allclose(demonstration.position[:, 0], [0.0, 0.1, 0.2, 0.4])
+
+
+def test_a_table_leaves_out_lost_samples_with_their_signals(tmp_path: Path) -> None:
+    (tmp_path / "w.csv").write_text("time,x,y,grip\n0,0,0,1\n1,nan,0,2\n2,2,0,3\n3,3,0,nan\n4,4,0,5\n")
+    with pytest.warns(RuntimeWarning, match="2 of 5 samples are left out"):
+        (demonstration,) = convert_recordings(tmp_path / "w.csv")
+    np.testing.assert_array_equal(demonstration.continuous["grip"], [1.0, 3.0, 5.0])
+
+
+def test_a_recording_of_which_nothing_can_be_used_is_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "r.npz", label=np.array(["a"]), pos_0000=np.full((5, 3), np.nan), t_0000=np.arange(5.0))
+    with pytest.warns(RuntimeWarning, match="5 of 5"), pytest.raises(InvalidDemonstrationError):
+        convert_recordings(tmp_path / "r.npz")
