@@ -4,11 +4,11 @@ In the order of the flow, ``learn_motion`` (`motion`) decides which motion varia
 `frames` sees them from everywhere, `relevance` lets the frames compete, `directions` splits axes, `carrying` names what
 was carried, `decisions` says why, `variables` holds it and `report` prints it. ``method="robust"`` (`robust`) reads the
 demonstrations at common steps (`alignment`, `landmarks`, `dynamic_time_warping`, `resampling`), lets `experts` predict
-each from the others (`normalization`, `endpoint`, `averaging`), blends them by their errors (`stacking`) and takes what
-is left as the tube's `covariance`; `signals` adds gripper and switches. ``method="dong2012"`` is the published method
-(`published_variables`, `fast_dtw`, `dong2012`). Keyframes make `compound` motions, `coaching` advises the teacher,
-`library` keeps all motions and their file. What comes out, for the recognizer and the controller, is the `flow_tube`
-with its `events`.
+each from the others (`normalization`, `endpoint`, `averaging`), leaves each out to see which help (`leave_one_out`),
+blends them by their errors (`stacking`, `blending`) and takes what is left as the tube's `covariance`; `signals` adds
+gripper and switches. ``method="dong2012"`` is the published method (`published_variables`, `fast_dtw`, `dong2012`).
+Keyframes make `compound` motions, `coaching` advises the teacher, `library` keeps all motions and their file. What
+comes out, for the recognizer and the controller, is the `flow_tube` with its `events`.
 """
 
 from pft_exec.learning.coaching import Coaching

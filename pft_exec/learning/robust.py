@@ -8,15 +8,16 @@ left (`generalize`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import MissingObjectError
-from pft_exec.geometry import Array, Pose, multiply, quaternion_from_rotation_vector, relative_rotation_vector
+from pft_exec.geometry import Array, Pose, multiply, quaternion_from_rotation_vector
 from pft_exec.learning.alignment import STEPS, AlignedSet, moving_parts, sample_at, shared_names, warped_phases
 from pft_exec.learning.averaging import average
+from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict
 from pft_exec.learning.covariance import residual_covariance
 from pft_exec.learning.endpoint import (
     Endpoint,
@@ -32,9 +33,6 @@ from pft_exec.learning.endpoint import (
 from pft_exec.learning.experts import (
     Experts,
     expert_keys,
-    predict_in_frames,
-    predict_positions,
-    predict_turns,
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.learning.frames import object_names, object_poses
@@ -45,13 +43,12 @@ from pft_exec.learning.landmarks import (
     phases_at,
     phases_through,
 )
+from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
-from pft_exec.learning.stacking import blend_positions, blend_turns, cross_errors, cross_fitted_errors, stack_weights
 from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables
 
 FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
-TURN_FLOOR = 0.005  # rad, the same for orientations
 IDLE_SHARE = 0.125  # of the variance is meant for recordings with their idle ends; set on hand guiding in simulation
 
 
@@ -91,22 +88,6 @@ def _tool(aligned: AlignedSet, index: int) -> Array:
     return np.hstack([place, identity if aligned.quaternion is None else aligned.quaternion[:, index]])
 
 
-def _corrected(path: Array, begin: Array, end: Array | None, share: Array) -> Array:
-    """Paths (M, N, 3) that begin and end where they have to; the correction fades along the path."""
-    path = path + ((1.0 - share) ** 2)[:, None] * (begin - path[:, 0])[:, None]
-    return path if end is None else path + (share**2)[:, None] * (end - path[:, -1])[:, None]
-
-
-def _corrected_turns(path: Array, begin: Array, end: Array | None, share: Array) -> Array:
-    """Orientations (M, N, 4) that begin and end as they have to."""
-    first = relative_rotation_vector(path[:, 0], begin)
-    path = multiply(path, quaternion_from_rotation_vector(((1.0 - share) ** 2)[:, None] * first[:, None]))
-    if end is None:
-        return path
-    last = relative_rotation_vector(path[:, -1], end)
-    return multiply(path, quaternion_from_rotation_vector((share**2)[:, None] * last[:, None]))
-
-
 def _make_experts(
     aligned: AlignedSet, variables: MotionVariables, names: Sequence[str], poses: Poses, extent: float
 ) -> Experts:
@@ -136,133 +117,6 @@ def _predicted_begin(start: Endpoint, poses: Poses, given: Array, leave_out: boo
     return np.hstack([given[:, :3] if place is None else place, given[:, 3:] if turn is None else turn])
 
 
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """What experts say of M scenes, or the blend of it.
-
-    Parameters
-    ----------
-    position : (E, M, N, 3), blended (M, N, 3), m, world frame
-    turn : (E', M, N, 4), blended (M, N, 4), (x, y, z, w), or None
-    """
-
-    position: Array
-    turn: Array | None
-
-
-@dataclass(frozen=True, eq=False)
-class Weights:
-    """How much each expert is believed at each step: position (N, E), turn (N, E') or None.
-
-    `target` in [0, 1] is how much the place that the motion variables ask for at the end is believed beside the blend.
-    """
-
-    position: Array
-    turn: Array | None
-    target: float = 1.0
-
-
-def _predict(experts: Experts, poses: Poses, leave_out: bool) -> Prediction:
-    """Every expert's prediction for M scenes that begin at ``poses["start"]``."""
-    begin = poses[START]
-    turn = None if experts.local_turn is None else predict_turns(experts, poses, begin[:, 3:], leave_out)
-    return Prediction(predict_positions(experts, poses, begin[:, :3], leave_out), turn)
-
-
-def _find_weights(prediction: Prediction, aligned: AlignedSet, floor: float) -> Weights:
-    """Weights from what the experts say of demonstrations that they were not shown."""
-    turn = None
-    if prediction.turn is not None and aligned.quaternion is not None:
-        turn = stack_weights(relative_rotation_vector(aligned.quaternion[None], prediction.turn), TURN_FLOOR)
-    return Weights(stack_weights(prediction.position - aligned.position, floor), turn)
-
-
-def _blend(experts: Experts, poses: Poses, prediction: Prediction, weights: Weights, leave_out: bool) -> Prediction:
-    """The experts' predictions blended, and made to begin and end where they have to."""
-    begin, count, share = poses[START], len(poses[START]), experts.share
-    path = blend_positions(weights.position, prediction.position)
-    end = target_positions(experts.end, poses, count, leave_out)
-    if end is not None:
-        end = path[:, -1] + weights.target * (end - path[:, -1])
-    path = _corrected(path, begin[:, :3], end, share)
-    if prediction.turn is None or weights.turn is None:
-        return Prediction(path, None)
-    end_turn = target_turns(experts.end, poses, count, leave_out)
-    turn = _corrected_turns(blend_turns(weights.turn, prediction.turn), begin[:, 3:], end_turn, share)
-    return Prediction(path, turn)
-
-
-def _residual(aligned: AlignedSet, blend: Prediction) -> Array:
-    """(K, N, 3) or (K, N, 6): what the blend leaves of the demonstrations."""
-    left = aligned.position - blend.position
-    if aligned.quaternion is None or blend.turn is None:
-        return left
-    return np.concatenate([left, relative_rotation_vector(blend.turn, aligned.quaternion)], axis=-1)
-
-
-def _own_axes_where_they_help(experts: Experts, errors: Array) -> Experts:
-    """The experts with one kind of axes for each frame that has two: the one with which all of them predict best."""
-    kept = list(range(len(experts.keys)))
-    for name in dict.fromkeys(name for name, _ in experts.keys):
-        pair = [i for i in kept if experts.keys[i][0] == name]
-        if len(pair) == 2:
-            sets = [[i for i in kept if i == one or i not in pair] for one in pair]
-            kept = sets[int(np.argmin(cross_errors(errors, experts.floor, sets)))]
-    return replace(experts, keys=tuple(experts.keys[i] for i in kept), local=experts.local[kept])
-
-
-def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
-    """The experts, the bent and the scaled path among them only if all predict better with these."""
-    unshaped = len(experts.keys) + 1
-    if len(errors) == unshaped:
-        return experts
-    with_shapes, without = cross_errors(errors, experts.floor, [range(len(errors)), range(unshaped)])
-    return replace(experts, shaped=with_shapes < without)
-
-
-def _believed_target(experts: Experts, poses: Poses, path: Array, overruled: bool) -> float:
-    """How much the end that the variables ask for is believed beside the blend; wholly where the user named it."""
-    end = target_positions(experts.end, poses, len(path), leave_out=True)
-    if overruled or end is None:
-        return 1.0
-    errors = np.stack([end, path[:, -1]]) - experts.path[:, -1]
-    return float(stack_weights(errors[:, :, None], experts.floor)[0, 0])
-
-
-@dataclass(frozen=True, eq=False)
-class LeftOut:
-    """What the experts say of each demonstration from the others.
-
-    Parameters
-    ----------
-    experts : those that help
-    weights : Weights
-    blend : Prediction
-    own : (K, N, 3), m
-        How far the blend is off where a demonstration's own errors take no part in the weights, less how far it is.
-    """
-
-    experts: Experts
-    weights: Weights
-    blend: Prediction
-    own: Array
-
-
-def _leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, overruled: bool) -> LeftOut:
-    """The experts that help, their weights, and the blend for each demonstrated scene from the others."""
-    in_frames = predict_in_frames(experts, poses, len(even.position), leave_out=True)
-    experts = _own_axes_where_they_help(experts, in_frames - even.position)
-    prediction = _predict(experts, poses, leave_out=True)
-    experts = _shaped_where_it_helps(experts, prediction.position - even.position)
-    if not experts.shaped:
-        prediction = replace(prediction, position=prediction.position[: len(experts.keys) + 1])
-    weights = _find_weights(prediction, even, experts.floor)
-    blended = blend_positions(weights.position, prediction.position)
-    weights = replace(weights, target=_believed_target(experts, poses, blended, overruled))
-    own = cross_fitted_errors(prediction.position - even.position, experts.floor) - (blended - even.position)
-    return LeftOut(experts, weights, _blend(experts, poses, prediction, weights, leave_out=True), own)
-
-
 def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVariables) -> RobustMotion:
     """Learn one motion, its motion variables being decided."""
     moving = moving_parts(demonstrations)
@@ -276,7 +130,7 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     names = tuple(dict.fromkeys([*variables.objects, *handled_objects(landmarks, even.position, poses, extent)]))
     experts = _make_experts(even, variables, names, poses | {START: first}, extent)
     poses[START] = _predicted_begin(start, poses, first, leave_out=True)
-    left_out = _leave_one_out(experts, poses, even, variables.end.position.overruled)
+    left_out = leave_one_out(experts, poses, even, variables.end.position.overruled)
     blend = left_out.blend
     warped = warped_phases(blend.position, blend.turn, even, passed_landmarks(landmarks, STEPS))
     aligned = sample_at(moving, phases_at(warped, phases))
@@ -286,7 +140,7 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
         start=start,
         experts=left_out.experts,
         weights=left_out.weights,
-        residual=_shown_here(_residual(aligned, blend)),
+        residual=_shown_here(left_over(aligned, blend)),
         covariance=_timed_covariance(demonstrations, moving, share, left_out, start.floor),
         time_deviation=_time_deviation(demonstrations, moving, aligned, share),
         signals=signal_tubes(aligned),
@@ -303,7 +157,7 @@ def _timed_covariance(
     """Covariance of what the blend leaves at equal shares (K, N) of the time, without and with the idle ends."""
 
     def seen(recordings: Sequence[Demonstration]) -> Array:
-        residual = _residual(sample_at(recordings, share), left_out.blend)
+        residual = left_over(sample_at(recordings, share), left_out.blend)
         residual[..., :3] -= left_out.own
         return residual_covariance(residual, floor, TURN_FLOOR)
 
@@ -369,8 +223,8 @@ def generalize(
     warn_of_conflict(label, "start", motion.start, poses)
     poses[START] = _predicted_begin(motion.start, poses, given, leave_out=False)
     warn_of_conflict(label, "end", motion.experts.end, poses)
-    prediction = _predict(motion.experts, poses, leave_out=False)
-    blend = _blend(motion.experts, poses, prediction, motion.weights, leave_out=False)
+    prediction = predict(motion.experts, poses, leave_out=False)
+    blend = blend_experts(motion.experts, poses, prediction, motion.weights, leave_out=False)
     time, signals = motion.aligned.time, motion.signals
     return FlowTube(
         label,

@@ -1,0 +1,101 @@
+"""Blending: what the experts say of some scenes, how much each is believed, and the path that comes of it.
+
+In the flow: `leave_one_out` finds the weights in the demonstrated scenes, `robust` blends for a new one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pft_exec.geometry import Array, multiply, quaternion_from_rotation_vector, relative_rotation_vector
+from pft_exec.learning.alignment import AlignedSet
+from pft_exec.learning.endpoint import Poses, target_positions, target_turns
+from pft_exec.learning.experts import Experts, predict_positions, predict_turns
+from pft_exec.learning.stacking import blend_positions, blend_turns, stack_weights
+from pft_exec.learning.variables import START
+
+TURN_FLOOR = 0.005  # rad, standard deviation below which orientations count as equal
+
+
+def _corrected(path: Array, begin: Array, end: Array | None, share: Array) -> Array:
+    """Paths (M, N, 3) that begin and end where they have to; the correction fades along the path."""
+    path = path + ((1.0 - share) ** 2)[:, None] * (begin - path[:, 0])[:, None]
+    return path if end is None else path + (share**2)[:, None] * (end - path[:, -1])[:, None]
+
+
+def _corrected_turns(path: Array, begin: Array, end: Array | None, share: Array) -> Array:
+    """Orientations (M, N, 4) that begin and end as they have to."""
+    first = relative_rotation_vector(path[:, 0], begin)
+    path = multiply(path, quaternion_from_rotation_vector(((1.0 - share) ** 2)[:, None] * first[:, None]))
+    if end is None:
+        return path
+    last = relative_rotation_vector(path[:, -1], end)
+    return multiply(path, quaternion_from_rotation_vector((share**2)[:, None] * last[:, None]))
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What experts say of M scenes, or the blend of it.
+
+    Parameters
+    ----------
+    position : (E, M, N, 3), blended (M, N, 3), m, world frame
+    turn : (E', M, N, 4), blended (M, N, 4), (x, y, z, w), or None
+    """
+
+    position: Array
+    turn: Array | None
+
+
+@dataclass(frozen=True, eq=False)
+class Weights:
+    """How much each expert is believed at each step: position (N, E), turn (N, E') or None.
+
+    `target` in [0, 1] is how much the place that the motion variables ask for at the end is believed beside the blend.
+    """
+
+    position: Array
+    turn: Array | None
+    target: float = 1.0
+
+
+def predict(experts: Experts, poses: Poses, leave_out: bool) -> Prediction:
+    """Every expert's prediction for M scenes that begin at ``poses["start"]``."""
+    begin = poses[START]
+    turn = None if experts.local_turn is None else predict_turns(experts, poses, begin[:, 3:], leave_out)
+    return Prediction(predict_positions(experts, poses, begin[:, :3], leave_out), turn)
+
+
+def find_weights(prediction: Prediction, aligned: AlignedSet, floor: float) -> Weights:
+    """Weights from what the experts say of demonstrations that they were not shown."""
+    turn = None
+    if prediction.turn is not None and aligned.quaternion is not None:
+        turn = stack_weights(relative_rotation_vector(aligned.quaternion[None], prediction.turn), TURN_FLOOR)
+    return Weights(stack_weights(prediction.position - aligned.position, floor), turn)
+
+
+def blend_experts(
+    experts: Experts, poses: Poses, prediction: Prediction, weights: Weights, leave_out: bool
+) -> Prediction:
+    """The experts' predictions blended, and made to begin and end where they have to."""
+    begin, count, share = poses[START], len(poses[START]), experts.share
+    path = blend_positions(weights.position, prediction.position)
+    end = target_positions(experts.end, poses, count, leave_out)
+    if end is not None:
+        end = path[:, -1] + weights.target * (end - path[:, -1])
+    path = _corrected(path, begin[:, :3], end, share)
+    if prediction.turn is None or weights.turn is None:
+        return Prediction(path, None)
+    end_turn = target_turns(experts.end, poses, count, leave_out)
+    turn = _corrected_turns(blend_turns(weights.turn, prediction.turn), begin[:, 3:], end_turn, share)
+    return Prediction(path, turn)
+
+
+def left_over(aligned: AlignedSet, blend: Prediction) -> Array:
+    """(K, N, 3) or (K, N, 6): what the blend leaves of the demonstrations."""
+    left = aligned.position - blend.position
+    if aligned.quaternion is None or blend.turn is None:
+        return left
+    return np.concatenate([left, relative_rotation_vector(blend.turn, aligned.quaternion)], axis=-1)

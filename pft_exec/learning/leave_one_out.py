@@ -1,0 +1,80 @@
+"""Leaving one out: which experts help, and how much, judged by what they say of demonstrations they were not shown.
+
+In the flow: between the experts of a motion and its covariance; `robust` calls it once per motion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pft_exec.geometry import Array
+from pft_exec.learning.alignment import AlignedSet
+from pft_exec.learning.blending import Prediction, Weights, blend_experts, find_weights, predict
+from pft_exec.learning.endpoint import Poses, target_positions
+from pft_exec.learning.experts import Experts, predict_in_frames
+from pft_exec.learning.stacking import blend_positions, cross_errors, cross_fitted_errors, stack_weights
+
+
+def _own_axes_where_they_help(experts: Experts, errors: Array) -> Experts:
+    """The experts with one kind of axes for each frame that has two: the one with which all of them predict best."""
+    kept = list(range(len(experts.keys)))
+    for name in dict.fromkeys(name for name, _ in experts.keys):
+        pair = [i for i in kept if experts.keys[i][0] == name]
+        if len(pair) == 2:
+            sets = [[i for i in kept if i == one or i not in pair] for one in pair]
+            kept = sets[int(np.argmin(cross_errors(errors, experts.floor, sets)))]
+    return replace(experts, keys=tuple(experts.keys[i] for i in kept), local=experts.local[kept])
+
+
+def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
+    """The experts, the bent and the scaled path among them only if all predict better with these."""
+    unshaped = len(experts.keys) + 1
+    if len(errors) == unshaped:
+        return experts
+    with_shapes, without = cross_errors(errors, experts.floor, [range(len(errors)), range(unshaped)])
+    return replace(experts, shaped=with_shapes < without)
+
+
+def _believed_target(experts: Experts, poses: Poses, path: Array, overruled: bool) -> float:
+    """How much the end that the variables ask for is believed beside the blend; wholly where the user named it."""
+    end = target_positions(experts.end, poses, len(path), leave_out=True)
+    if overruled or end is None:
+        return 1.0
+    errors = np.stack([end, path[:, -1]]) - experts.path[:, -1]
+    return float(stack_weights(errors[:, :, None], experts.floor)[0, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """What the experts say of each demonstration from the others.
+
+    Parameters
+    ----------
+    experts : those that help
+    weights : Weights
+    blend : Prediction
+    own : (K, N, 3), m
+        How far the blend is off where a demonstration's own errors take no part in the weights, less how far it is.
+    """
+
+    experts: Experts
+    weights: Weights
+    blend: Prediction
+    own: Array
+
+
+def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, overruled: bool) -> LeftOut:
+    """The experts that help, their weights, and the blend for each demonstrated scene from the others."""
+    in_frames = predict_in_frames(experts, poses, len(even.position), leave_out=True)
+    experts = _own_axes_where_they_help(experts, in_frames - even.position)
+    prediction = predict(experts, poses, leave_out=True)
+    experts = _shaped_where_it_helps(experts, prediction.position - even.position)
+    if not experts.shaped:
+        prediction = replace(prediction, position=prediction.position[: len(experts.keys) + 1])
+    weights = find_weights(prediction, even, experts.floor)
+    blended = blend_positions(weights.position, prediction.position)
+    weights = replace(weights, target=_believed_target(experts, poses, blended, overruled))
+    own = cross_fitted_errors(prediction.position - even.position, experts.floor) - (blended - even.position)
+    return LeftOut(experts, weights, blend_experts(experts, poses, prediction, weights, leave_out=True), own)
