@@ -45,7 +45,11 @@ KINDS = (
 )
 """Faults of these rollouts; those of the recognizer's stream need a hand that leads."""
 TOLERANCE = 1e-6
-"""Share by which rounding may pass a limit."""
+"""rad by which rounding may pass a joint's hard limit, and share by which it may pass a torque limit."""
+SPEEDING = 0.01
+"""Share by which a joint may pass its velocity limit: what a period's unforeseen push adds before it is braked."""
+LEAST_STRENGTH = {"pr2": 0.05, "wam": 0.4}
+"""Share of their torque that weak motors keep at least: with less they cannot hold the arm's own weight."""
 _STRIDE = np.array([0.12, 0.12, 0.1])
 """m; how far a motion goes along each axis at most."""
 _UNEXPECTED = (
@@ -99,7 +103,7 @@ class Rollout:
     torque, velocity : float
         Largest share of the limit that any joint had.
     beyond : float, rad
-        How far a joint was beyond its position limit; negative: the least distance to it.
+        How far a joint was beyond its hard position limit; negative: the least distance to it.
     is_finite : bool
         Whether every number of the log and of the plant was one.
     duration : float, s
@@ -125,7 +129,7 @@ class Rollout:
         """What must never happen and did: torque, velocity, position, finite, exception, reason."""
         rules = {
             "torque": self.torque > 1.0 + TOLERANCE,
-            "velocity": self.velocity > 1.0 + TOLERANCE,
+            "velocity": self.velocity > 1.0 + SPEEDING,
             "position": self.beyond > TOLERANCE,
             "finite": not self.is_finite,
             "exception": self.ending == "exception",
@@ -152,8 +156,17 @@ def draw_plan(seed: int) -> Plan:
         str(rng.choice(LABELS)),
         tuple(rng.uniform(-0.15, 0.15, 7).tolist()),
         mismatch,
-        tuple(replace(fault, start=0.0) if fault.kind == "beyond_reach" else fault for fault in faults),
+        tuple(_possible(fault, robot) for fault in faults),
     )
+
+
+def _possible(fault: Fault, robot: str) -> Fault:
+    """A drawn fault as it can happen in a rollout: a tube lies where it lies from the start; motors hold the arm."""
+    if fault.kind == "beyond_reach":
+        return replace(fault, start=0.0)
+    if fault.kind == "saturation":
+        return replace(fault, size=max(fault.amount, LEAST_STRENGTH[robot]))
+    return fault
 
 
 def roll_out(seed: int) -> Rollout:
@@ -190,7 +203,7 @@ class _Witness:
 
     def __post_init__(self) -> None:
         limits = self.arm.limits
-        self._limits = limits.lower, limits.upper, limits.velocity, limits.torque
+        self._limits = limits.hard_lower, limits.hard_upper, limits.velocity, limits.torque
 
     def look(self, world: World) -> None:
         lower, upper, velocity, torque = self._limits

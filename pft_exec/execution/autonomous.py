@@ -111,7 +111,7 @@ def _carry_out(
     outcome = pursue(loop, takeover, force, solver=solver, floating=False)
     while outcome.ending == "taken_back":
         if not give_way(loop, force, outcome.command):
-            return replace(outcome, ending="stopped", reason="a person keeps the arm")
+            return replace(outcome, ending="stopped", reason=loop.guard.reason or "a person keeps the arm")
         takeover = plan_takeover(loop, candidate, outcome.phase, pace)
         if takeover.reason:
             return replace(outcome, ending="stopped", reason=takeover.reason)

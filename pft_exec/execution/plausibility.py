@@ -122,7 +122,8 @@ class StateGuard:
         """Whether a reading of a moving arm is the last one over again."""
         if self._reading is None or not (np.abs(v) > STILL).any():
             return False
-        return bool(np.array_equal(q, self._reading[0]) and np.array_equal(v, self._reading[1]))
+        last_q, last_v = self._reading
+        return bool(np.array_equal(q, last_q, equal_nan=True) and np.array_equal(v, last_v, equal_nan=True))
 
     def _guess(self, q: Array, expected: Array, wrong: Flags) -> Array:
         """Positions (n,): as read, by the increments of an encoder that has slipped, or as expected."""

@@ -40,6 +40,8 @@ SATURATED_RATE = 0.3
 """Rate of a motion whose joints are at their torque limits: a third of the speed takes a tenth of the acceleration."""
 EXHAUSTED_TIME = 3.0
 """s for which a joint may be at its torque limit before the motion is stopped."""
+QUIET_TIME = 0.1
+"""s without a reason to slow down after which the log says that the motion goes on."""
 SLOW = 0.9
 """Wanted rate below which a run counts as slowed down, and above which as going on again."""
 
@@ -74,7 +76,7 @@ class SafetySupervisor:
         self._distance = tube_distance(tube)
         self._guard, self._period, self._log = guard, period, log
         self._failing, self._saturated, self._off = Duration(), Duration(), Duration()
-        self._is_slow = False
+        self._is_slow, self._slow_until = False, 0.0
         self.distance = 0.0
         """Mahalanobis distance of the tool from the reference in the period before."""
 
@@ -130,14 +132,13 @@ class SafetySupervisor:
 
     def _note(self, time: float, verdict: Verdict) -> None:
         """Log where the motion begins to slow down, and where it goes on again."""
-        is_slow = verdict.rate < SLOW
-        if is_slow and not self._is_slow:
-            self._log.event(time, "slow", verdict.reason)
-        elif self._is_slow and verdict.rate == 1.0:
+        if verdict.rate < SLOW:
+            if not self._is_slow:
+                self._log.event(time, "slow", verdict.reason)
+            self._is_slow, self._slow_until = True, time + QUIET_TIME
+        elif self._is_slow and verdict.rate == 1.0 and time >= self._slow_until:
             self._log.event(time, "resume", "what slowed the motion down is over")
-        else:
-            return
-        self._is_slow = is_slow
+            self._is_slow = False
 
 
 def tube_distance(tube: FlowTube) -> Callable[[float, Array], float]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pft_exec.execution.log import ExecutionLog, Stage
 from pft_exec.geometry import Array
+from pft_exec.report.control_panels import draw_constraints, draw_costs, draw_pace, draw_timing, mark_events
 from pft_exec.report.style import AXES, COLORS, MARK, picture
 
 BEFORE, AFTER = 0.3, 0.4  # s shown before the take-over and after the tube is joined
@@ -31,6 +32,41 @@ def plot_seam(log: ExecutionLog, path: str | Path) -> None:
     StorageError
         If the picture cannot be written.
     """
+    with picture(path, 9.0, 9.0) as figure:
+        _draw_seam(figure, log)
+
+
+def plot_run(log: ExecutionLog, path: str | Path) -> None:
+    """Draw a whole run: tool, torque, force, phase; what the controller weighed, and what held it back, if logged.
+
+    Raises
+    ------
+    StorageError
+        If the picture cannot be written.
+    """
+    with picture(path, 9.0, 12.0 if len(log.control) else 8.0) as figure:
+        _draw_run(figure, log)
+
+
+def plot_log(log: ExecutionLog, path: str | Path) -> None:
+    """Draw a run: as a whole, and beside it the handoff where a hand led first; that alone in logs of version 1.
+
+    Raises
+    ------
+    StorageError
+        If the picture cannot be written.
+    """
+    has_handoff = {Stage.GUIDED, Stage.TRANSITION} <= set(log.stage.tolist())
+    if not (has_handoff and len(log.control)):
+        (plot_seam if has_handoff else plot_run)(log, path)
+        return
+    with picture(path, 18.0, 12.0) as figure:
+        halves: Any = figure.subfigures(1, 2)
+        _draw_run(halves[0], log)
+        _draw_seam(halves[1], log)
+
+
+def _draw_seam(figure: Any, log: ExecutionLog) -> None:
     rows = _around_handoff(log)
     time = log.time[rows]
     measured = log.configuration[rows]
@@ -41,53 +77,42 @@ def plot_seam(log: ExecutionLog, path: str | Path) -> None:
         ("acceleration (rad/s²)", log.reference_acceleration[rows], None),
         ("motor torque (N m)", log.torque[rows], None),
     ]
-    with picture(path, 9.0, 9.0) as figure:
-        axes = figure.subplots(len(panels), 1, sharex=True)
-        for panel, (name, commanded, seen) in zip(axes, panels, strict=True):
-            _shade_stages(panel, time, log.stage[rows], named=panel is axes[0])
-            _draw_joints(panel, time, commanded, seen)
-            panel.set_ylabel(name)
-        axes[-1].set_xlabel("time (s)")
-        _joint_legend(axes[1], log.configuration.shape[1])
-        figure.suptitle(f"Handoff of {log.label!r}, {log.arm} arm: commanded (solid) and measured (dotted)")
+    axes = figure.subplots(len(panels), 1, sharex=True)
+    for panel, (name, commanded, seen) in zip(axes, panels, strict=True):
+        _shade_stages(panel, time, log.stage[rows], named=panel is axes[0])
+        _draw_joints(panel, time, commanded, seen)
+        panel.set_ylabel(name)
+    axes[-1].set_xlabel("time (s)")
+    _joint_legend(axes[1], log.configuration.shape[1])
+    figure.suptitle(f"Handoff of {log.label!r}, {log.arm} arm: commanded (solid) and measured (dotted)")
 
 
-def plot_run(log: ExecutionLog, path: str | Path) -> None:
-    """Draw a whole run: tool position, joint torque, the force of hand or pushes, and the phase.
-
-    Raises
-    ------
-    StorageError
-        If the picture cannot be written.
-    """
-    with picture(path, 9.0, 8.0) as figure:
-        axes = figure.subplots(4, 1, sharex=True)
-        for panel in axes:
-            _shade_stages(panel, log.time, log.stage, named=panel is axes[0])
-        for axis, name in enumerate(AXES):
-            axes[0].plot(log.time, log.position[:, axis], color=COLORS[axis], label=name)
-        axes[0].legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
-        _draw_joints(axes[1], log.time, log.torque, None)
-        _joint_legend(axes[1], log.torque.shape[1])
-        axes[2].plot(log.time, log.hand_force, color=MARK, linewidth=1.0)
-        axes[3].plot(log.time, log.phase, color=MARK)
-        names = ("tool position,\nworld (m)", "motor torque (N m)", "force at the\ntool (N)", "phase along\nthe tube")
-        for panel, name in zip(axes, names, strict=True):
-            panel.set_ylabel(name)
-        axes[3].set_xlabel("time (s)")
-        figure.suptitle(f"{log.label}, {log.arm} arm: {log.reason}")
+def _draw_run(figure: Any, log: ExecutionLog) -> None:
+    axes = figure.subplots(7 if len(log.control) else 4, 1, sharex=True)
+    for panel in axes:
+        _shade_stages(panel, log.time, log.stage, named=panel is axes[0])
+    _draw_motion(axes, log)
+    draw_pace(axes[3], log)
+    if len(log.control):
+        draw_costs(axes[4], log)
+        draw_constraints(axes[5], log)
+        draw_timing(axes[6], log)
+    mark_events(axes, log)
+    axes[-1].set_xlabel("time (s)")
+    figure.suptitle(f"{log.label}, {log.arm} arm: {log.reason}", fontsize=9)
 
 
-def plot_log(log: ExecutionLog, path: str | Path) -> None:
-    """Draw a run: around its handoff where a hand led first, else as a whole.
-
-    Raises
-    ------
-    StorageError
-        If the picture cannot be written.
-    """
-    stages = set(log.stage.tolist())
-    (plot_seam if {Stage.GUIDED, Stage.TRANSITION} <= stages else plot_run)(log, path)
+def _draw_motion(axes: Any, log: ExecutionLog) -> None:
+    """Tool, torque and force in the first three panels."""
+    for axis, name in enumerate(AXES):
+        axes[0].plot(log.time, log.position[:, axis], color=COLORS[axis], label=name)
+    axes[0].legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+    _draw_joints(axes[1], log.time, log.torque, None)
+    _joint_legend(axes[1], log.torque.shape[1])
+    axes[2].plot(log.time, log.hand_force, color=MARK, linewidth=1.0)
+    names = ("tool position,\nworld (m)", "motor torque (N m)", "force at the\ntool (N)")
+    for panel, name in zip(axes[:3], names, strict=True):
+        panel.set_ylabel(name)
 
 
 def _around_handoff(log: ExecutionLog) -> slice:
