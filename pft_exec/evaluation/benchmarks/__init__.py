@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import Any
 
 from pft_exec.evaluation.benchmarks.compliance import measure_compliance
+from pft_exec.evaluation.benchmarks.control import time_control
 from pft_exec.evaluation.benchmarks.faults import measure_faults
 from pft_exec.evaluation.benchmarks.handoff import measure_handoff
 from pft_exec.evaluation.benchmarks.learning import time_learning
@@ -23,6 +24,7 @@ __all__ = ["BENCHMARKS", "benchmark", "synthetic_demonstrations"]
 
 BENCHMARKS: dict[str, Benchmark] = {
     "compliance": measure_compliance,
+    "control": time_control,
     "faults": measure_faults,
     "handoff": measure_handoff,
     "learning": time_learning,
