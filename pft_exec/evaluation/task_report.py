@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -131,13 +131,13 @@ def motion_rows(results: Sequence[RolloutResult]) -> list[dict[str, Any]]:
                     "%": 100.0 * hits / len(items),
                     "interval": f"{low:.0f} to {high:.0f}",
                     "refused": sum(item.refused for item in items),
-                    "end error mm, median": 1e3 * _median(items, "end_position_error"),
-                    "end error mm, worst": 1e3 * worst(_values(items, "end_position_error")),
-                    "from the tube mm, rms": 1e3 * _median(items, "tube_rms"),
-                    "worst": 1e3 * worst(_values(items, "tube_largest")),
-                    "sigmas": _median(items, "tube_sigmas"),
-                    "torque, % of limit": 100.0 * worst(_values(items, "torque_share")),
-                    "x real time": _median(items, "real_time_factor"),
+                    "end error mm, median": _of(np.median, items, "end_position_error", 1e3),
+                    "end error mm, worst": _of(np.max, items, "end_position_error", 1e3),
+                    "from the tube mm, rms": _of(np.median, items, "tube_rms", 1e3),
+                    "worst": _of(np.max, items, "tube_largest", 1e3),
+                    "sigmas": _of(np.median, items, "tube_sigmas"),
+                    "torque, % of limit": _of(np.max, items, "torque_share", 100.0),
+                    "x real time": _of(np.median, items, "real_time_factor"),
                 }
             )
     return rows
@@ -193,6 +193,9 @@ def _values(items: Iterable[RolloutResult], name: str) -> list[float]:
     return [item.figures[name] for item in items if name in item.figures and np.isfinite(item.figures[name])]
 
 
-def _median(items: Iterable[RolloutResult], name: str) -> float:
+def _of(
+    statistic: Callable[[Sequence[float]], Any], items: Iterable[RolloutResult], name: str, scale: float = 1.0
+) -> float | None:
+    """A statistic of a figure over some rollouts, in other units; None where it was never measured."""
     values = _values(items, name)
-    return float(np.median(values)) if values else float("nan")
+    return scale * float(statistic(values)) if values else None
