@@ -18,6 +18,7 @@ from pft_exec.control.limits import acceleration_bounds, torque_constraint
 from pft_exec.control.objectives import Objective, posture_objective, tool_objective
 from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
 from pft_exec.control.reference import JointReference, Reference
+from pft_exec.control.secondary import room_for, secondary_acceleration
 from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tool_target import ToolTarget, tool_target
 from pft_exec.control.weight import WeightEstimate, weight_torque
@@ -150,9 +151,10 @@ class TrackingController:
         known = self._known_load(time, reference, dynamics, q, v)
         load = known if self._weight is None else known + weight_torque(self._weight.update(time, v), dynamics.jacobian)
         error = tool.error(dynamics)
+        aside = secondary_acceleration(self.arm.limits, q, dynamics.jacobian)
         objectives = {
-            "tracking": self._tracking(self._compliance, reference.phase, tool, error, dynamics),
-            "posture": posture_objective(posture_acceleration(reference, q, v)),
+            "tracking": self._tracking(self._compliance.at(reference.phase), tool, error, dynamics, aside),
+            "posture": posture_objective(posture_acceleration(reference, q, v) + aside),
         }
         near = None if self._avoidance is None else self._avoidance.near(self.arm, q, v, time)
         program = self._program(_sum(objectives), dynamics, load, q, v, near)
@@ -211,11 +213,13 @@ class TrackingController:
         return blended
 
     def _tracking(
-        self, compliance: Compliance, phase: float, tool: ToolTarget, error: Array, dynamics: ArmDynamics
+        self, compliance: tuple[Array, Array], tool: ToolTarget, error: Array, dynamics: ArmDynamics, aside: Array
     ) -> Objective:
-        gain, weight = compliance.at(phase)
-        wanted = tool.corrected(gain, error)
-        return tool_objective(dynamics.jacobian, dynamics.jacobian_drift, wanted, tool.weight_in_base(weight))
+        """Follow the tool target with a gain and a weight; step aside (n,), rad/s^2, where the weight leaves room."""
+        weight, wanted = tool.weight_in_base(compliance[1]), tool.corrected(compliance[0], error)
+        if aside.any():
+            wanted = wanted + room_for(dynamics.jacobian @ aside, weight)
+        return tool_objective(dynamics.jacobian, dynamics.jacobian_drift, wanted, weight)
 
     def _command(
         self,
