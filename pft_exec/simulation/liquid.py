@@ -12,7 +12,6 @@ from pft_exec.exceptions import SimulationError
 from pft_exec.geometry import Array
 from pft_exec.simulation.engine import Engine
 
-_ROLLING = 1e-4  # rolling and spinning friction of the balls: they come to rest, and still flow
 _GAP = 1.05  # of a ball's diameter, between balls as they are put into a vessel
 
 
@@ -57,8 +56,8 @@ class Liquid:
             body,
             -1,
             lateralFriction=description.friction,
-            rollingFriction=_ROLLING,
-            spinningFriction=_ROLLING,
+            rollingFriction=0.0,
+            spinningFriction=0.0,
             linearDamping=0.0,
             angularDamping=0.0,
             physicsClientId=self._client,

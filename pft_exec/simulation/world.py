@@ -21,7 +21,7 @@ from pft_exec.simulation.camera import Camera
 from pft_exec.simulation.checks import check_within_limits, checked, checked_scene, steps_per_period
 from pft_exec.simulation.contents import Contents, SetUp
 from pft_exec.simulation.disturbance import Encoder, Mismatch
-from pft_exec.simulation.engine import LIQUID_ITERATIONS, SOLVER_ITERATIONS, Engine
+from pft_exec.simulation.engine import Engine
 from pft_exec.simulation.placement import default_arm, draw_reachable_scene, task_for
 from pft_exec.simulation.replay import WorldState
 from pft_exec.simulation.robot_body import RobotBody
@@ -91,7 +91,7 @@ class World:
 
     def _build(self, configurations: Mapping[str, ArrayLike], set_up: SetUp) -> None:
         """Load everything into an empty engine, always in the same order."""
-        self._engine.clear(SOLVER_ITERATIONS if set_up.liquid is None else LIQUID_ITERATIONS)
+        self._engine.clear(liquid=set_up.liquid is not None)
         self._count = 0
         self._robot_body: RobotBody | None = RobotBody(
             self._engine, self.robot, self.base, self._mismatch, self.steps_per_period
