@@ -11,6 +11,8 @@ from pft_exec.geometry import Array
 from pft_exec.handoff import ForceObserver, TakeBack
 from pft_exec.handoff.take_back import THRESHOLD
 
+GRAVITY = 9.81
+"""m/s^2, along -z of the base."""
 LETTING_GO = 0.5
 """s after a take-over during which the hand may still let go."""
 
@@ -35,7 +37,17 @@ class ForceWatch:
     @property
     def size(self) -> float:
         """Size of the force, N, apart from what is usual."""
-        return float(np.linalg.norm(self.force - self._take_back.usual))
+        return float(np.linalg.norm(self.force - self.usual))
+
+    @property
+    def usual(self) -> Array:
+        """Force (3,), N, base frame, that lasts: what the model does not know of."""
+        return self._take_back.usual.copy()
+
+    @property
+    def unknown_mass(self) -> float:
+        """What the usual force weighs, kg: a load that no model knows of; never negative."""
+        return max(0.0, -float(self._take_back.usual[2]) / GRAVITY)
 
     def feel(self, q: Array, v: Array, command: Command | None) -> None:
         """Estimate the force from a measured state and the command of the period before; whoever has the arm."""

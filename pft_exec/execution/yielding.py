@@ -24,6 +24,10 @@ BRAKE_TIME = 0.05
 """s; time constant of the brake on each joint's own inertia."""
 SETTLE_TIME = 0.3
 """s; time constant with which an arm comes to rest that was taken back and let go of: a push does not fling it."""
+RACING_SHARE = 0.5
+"""Share of each joint's velocity limit from which it is braked as firmly as its inertia bears."""
+FIRM_SHARE = 0.5
+"""Share of that excess which is taken away in a control period."""
 CALM = (8.0, 0.05)
 """N and rad/s: with less force and motion than this nobody moves the arm."""
 CALM_TIME = 0.3
@@ -49,6 +53,8 @@ class Yielding:
         self._offset = np.zeros(len(arm.joint_names))
         self._since, self._fade = -np.inf, FADE[0]
         self._settling = 0.0
+        self.brake = np.zeros(len(arm.joint_names))
+        """(n,), N m: what the last torque held against motion, beside what helps a hand; fades out at a take-over."""
 
     def begin(self, time: float, before: Command | None) -> None:
         """Float from a time on, s, and let the torque of the command before fade out."""
@@ -70,7 +76,8 @@ class Yielding:
             Measured.
         """
         command = self._floating.update(time, q, v)
-        free = command.torque - self._brake(command.configuration, v)
+        self.brake = self._brake(command.configuration, v)
+        free = command.torque - self.brake
         if self._before is not None:
             self._offset, self._before = self._before - free, None
             periods = np.max(np.abs(self._offset)) / FADE_STEP
@@ -86,7 +93,10 @@ class Yielding:
         if not (self._settling or (excess > 0.0).any()):
             return np.zeros(len(q))
         slowing = self._settling * v + np.maximum(excess, 0.0) / BRAKE_TIME * np.sign(v)
-        brake: Array = np.diag(self.arm.mass_matrix(q)) * slowing
+        mass_matrix = self.arm.mass_matrix(q)
+        racing = np.abs(v) - RACING_SHARE * self.arm.limits.velocity
+        firm = FIRM_SHARE / self._period / np.diag(np.linalg.inv(mass_matrix)) * np.maximum(racing, 0.0) * np.sign(v)
+        brake: Array = np.diag(mass_matrix) * slowing + firm
         return brake
 
     def carry(self, arm: Arm) -> None:
@@ -119,17 +129,19 @@ def give_way(loop: ControlLoop, force: ForceWatch, before: Command | None) -> bo
         What acted until now.
     """
     loop.log.event(loop.time, "take_back", f"a force of {force.size:.0f} N at the tool: the arm gives way")
-    yielding, begin, command = Yielding(loop.arm, loop.world.control_period), loop.time, before
+    arm, load, usual = loop.arm, force.unknown_mass, force.usual  # it would fall under what only the observer knows of
+    yielding, begin, command = Yielding(arm.with_payload(load), loop.world.control_period), loop.time, before
     yielding.begin(begin, before)
     calm = Calm(begin)
     while loop.time - begin < LONGEST and not loop.guard.is_lost:
         started = perf_counter()
         q, v = loop.sense()
         force.feel(q, v, command)
-        if calm.update(loop.time, force.force, v):
+        if calm.update(loop.time, force.force - usual, v):
             return True
-        if loop.arm is not yielding.arm:
-            yielding.carry(loop.arm)
+        if loop.arm is not arm:
+            arm = loop.arm
+            yielding.carry(arm.with_payload(load))
         command = yielding.update(loop.time, q, v)
         loop.apply(command, Stage.GUIDED, perf_counter() - started)
     return False
