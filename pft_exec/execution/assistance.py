@@ -167,13 +167,22 @@ class _Assistance:
     force: ForceWatch
     solver: str
     details: dict[str, float] = field(default_factory=dict)
+    _brake: Array = field(default_factory=lambda: np.zeros(1))
 
     def run(self) -> ExecutionLog:
         """Guide and pursue in turn."""
         takeover, outcome, fallbacks = self._guide(None), None, 0
         while takeover is not None:
             self.person.let_go(self.loop.time)
-            outcome = pursue(self.loop, takeover, self.force, solver=self.solver, floating=True, person=self.person)
+            outcome = pursue(
+                self.loop,
+                takeover,
+                self.force,
+                solver=self.solver,
+                floating=True,
+                person=self.person,
+                fading=-self._brake,
+            )
             fallbacks += outcome.fallbacks
             self.details |= {
                 **takeover.jumps(),
@@ -204,6 +213,7 @@ class _Assistance:
             if loop.arm is not floating.arm:
                 floating.carry(loop.arm)
             command = floating.update(loop.time, q, v)
+            self._brake = floating.brake
             loop.apply(command, Stage.GUIDED, perf_counter() - started, self.person.pull)
         self._note_guidance()
         return None

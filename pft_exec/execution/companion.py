@@ -25,6 +25,9 @@ PACE_RANGE = (0.5, 1.5)
 RETRY = 0.1
 """s after which a take-over that could not be planned is tried again."""
 
+GRASPING = 0.12
+"""s after a take-back that the hand takes to pull the tool from the robot's way onto its own."""
+
 
 class Companion:
     """Recognize and decide, control period by control period, while a person leads.
@@ -72,13 +75,11 @@ class Companion:
         self._belief: Belief | None = None
         self._signals = handles_objects(loop.world.task) and loop.world.has_gripper(loop.name)
         self._declined = self._is_new = False
-        self._not_before = 0.0
+        self._not_before, self._anew_at = 0.0, np.inf
 
     def begin_anew(self) -> None:
-        """Another motion begins where the tool is now: tubes from here, nothing known of what it is."""
-        self._start = self.loop.world.tool(self.loop.name)
-        self._scene_watch = SceneWatch(self.loop.world.scene)
-        self.candidates.renew(self._scene_watch.scene, self._start)
+        """Another motion begins, where the tool is once the person has it: tubes from there, nothing known of it."""
+        self._anew_at = self.loop.time + GRASPING
         self._policy.reset()
         self._belief, self._is_new, self._declined, self._not_before = None, True, False, 0.0
         self.reason = "nothing was recognized"
@@ -93,8 +94,16 @@ class Companion:
         self.candidates.by_label[belief.label].lead(belief.phase[belief.label])
         return self._decide(belief) if self.loop.is_sample_due() else None
 
+    def _renew_from_here(self) -> None:
+        self._anew_at = np.inf
+        self._start = self.loop.tool()
+        self._scene_watch = SceneWatch(self.loop.world.scene)
+        self.candidates.renew(self._scene_watch.scene, self._start)
+
     def _sample(self) -> None:
         """Renew the tubes where the scene asks for it, else hand the present sample to the recognizer."""
+        if self.loop.time >= self._anew_at:
+            self._renew_from_here()
         moved = self._scene_watch.update(
             self.loop.time, self.loop.injector.scene(self.loop.world.scene), self.loop.world.tool(self.loop.name)
         )

@@ -8,9 +8,11 @@ what the tube says of the gripper. How a pursuit ends is a value.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Literal
+
+import numpy as np
 
 from pft_exec.control import (
     Command,
@@ -20,6 +22,7 @@ from pft_exec.control import (
     joined,
     load_solver,
 )
+from pft_exec.control.tracking import BLENDING_TIME
 from pft_exec.execution.candidates import SAMPLES_PER_PERIOD
 from pft_exec.execution.control_loop import ControlLoop, Pull
 from pft_exec.execution.log import Stage
@@ -134,6 +137,8 @@ class Pursuit:
         Called in turn after each period.
     pull : callable or None
         The hand, as long as it has not quite let go.
+    fading : (n,), N m, or None
+        Torque that acted until now beside what a floating arm needs; it fades out.
     """
 
     def __init__(
@@ -146,8 +151,10 @@ class Pursuit:
         supervisors: Sequence[Supervisor] = (),
         attendants: Sequence[Attendant] = (),
         pull: Pull | None = None,
+        fading: Array | None = None,
     ) -> None:
         self.loop = loop
+        self._fading, self._begin = fading, loop.time
         self.takeover = takeover
         self.clock = PacedClock()
         self._supervisors: tuple[Supervisor, ...] = (self._get_on, *supervisors)
@@ -155,7 +162,8 @@ class Pursuit:
         self._fallbacks = 0
         self._command: Command | None = None
         working = loop.injector.solver(load_solver(solver))
-        self._controller = TrackingController(loop.arm, loop.world.control_period, working)
+        is_careful = loop.surroundings is not None
+        self._controller = TrackingController(loop.arm, loop.world.control_period, working, is_careful)
         self._reference = joined(takeover.transition.at, takeover.transition.duration, takeover.trajectory.at)
         self._controller.follow(self._paced, takeover.compliance, loop.time, blend=floating)
 
@@ -177,7 +185,9 @@ class Pursuit:
             return self._outcome(verdict.ending, verdict.reason)
         if self.loop.arm is not self._controller.arm:
             self._controller.carry(self.loop.arm, self.loop.time)
-        command = self._controller.update(self.loop.time, q, v)
+        if self.loop.surroundings is not None and self.loop.surroundings.is_due:
+            self._controller.avoid(self.loop.surroundings.look(), self.loop.time)
+        command = self._faded(self._controller.update(self.loop.time, q, v))
         stage = self.stage
         self.loop.apply(command, stage, perf_counter() - started, self._pull, self.clock.rate)
         self._note(command)
@@ -211,6 +221,14 @@ class Pursuit:
                 return verdict
             rate = min(rate, verdict.rate)
         return GO_ON if rate == 1.0 else Verdict(max(rate, 0.0))
+
+    def _faded(self, command: Command) -> Command:
+        """A command with what is left of the torque that acted before the pursuit."""
+        left = 1.0 - (self.loop.time - self._begin) / BLENDING_TIME
+        if self._fading is None or left <= 0.0:
+            return command
+        limit = self.loop.arm.limits.torque
+        return replace(command, torque=np.clip(command.torque + left * self._fading, -limit, limit))
 
     def _get_on(self, _: Instant) -> Verdict:
         """Extend the joint path; what comes later may turn out to be out of reach, or too fast for the planned pace."""

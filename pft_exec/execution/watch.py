@@ -9,6 +9,7 @@ from pft_exec.execution.person import Person
 from pft_exec.execution.pursuit import Attendant, Outcome, Pursuit, Supervisor
 from pft_exec.execution.supervisor import SafetySupervisor
 from pft_exec.execution.takeover import Takeover
+from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 
 
@@ -34,6 +35,7 @@ def pursue(
     solver: str,
     floating: bool,
     person: Person | None = None,
+    fading: Array | None = None,
 ) -> Outcome:
     """Carry out a take-over with all who look on.
 
@@ -49,6 +51,8 @@ def pursue(
         Whether the arm floated until now.
     person : Person or None
         Who led until now, and may take hold again.
+    fading : (n,), N m, or None
+        See `Pursuit`.
     """
     force.begin(letting_go=person is not None)
     attendants = attendants_of(loop, takeover.tube, takeover.phase)
@@ -60,4 +64,5 @@ def pursue(
         supervisors=[force.supervise, *supervisors_of(loop, takeover.tube)],
         attendants=attendants if person is None else [*attendants, person.attend],
         pull=None if person is None else person.pull,
+        fading=fading,
     ).run()

@@ -117,3 +117,17 @@ def test_a_pace_and_a_plan_that_are_none_are_refused(shared_world: World, librar
         TakeBackPlan("reach", phase=2.0)
     with pytest.raises(UnknownMotionError):
         assist(shared_world, library, "reach", take_backs=[TakeBackPlan("raech")])
+
+
+def test_no_torque_steps_in_the_whole_run(taken_back: ExecutionLog) -> None:
+    """Not where the hand lets go, not at a join, not where it takes back, not where the robot takes over again."""
+    assert torque_steps(taken_back, 0.01, taken_back.time[-1]) <= 0.5
+
+
+def test_a_person_may_start_elsewhere_than_taught(shared_world: World, library: MotionLibrary) -> None:
+    """From the working posture, 20 cm below the taught starts."""
+    work = shared_world.arm().configuration("work")
+    shared_world.reset(shared_world.draw_scene(1), {"right": work})
+    log = assist(shared_world, library, "reach", seed=1)
+    assert log.label == "reach"
+    assert log.success, log.reason
