@@ -170,3 +170,36 @@ def test_waypoints_that_make_no_path_are_refused(
 ) -> None:
     with pytest.raises(InvalidDemonstrationError, match=message):
         human_path(positions, quaternions, durations, np.random.default_rng(0))
+
+
+CIRCLE = np.array([[np.cos(a) - 1.0, np.sin(a), 0.0] for a in np.linspace(0.0, 2.0 * np.pi, 401)]) * 0.04
+
+
+def test_a_curve_follows_the_waypoints_and_comes_back_to_the_last() -> None:
+    path = human_path(
+        POSITIONS, QUATERNIONS, DURATIONS, np.random.default_rng(0), STEADY, curve=CIRCLE, curve_duration=2.0
+    )
+    assert path.duration == pytest.approx(sum(DURATIONS) + 2.0)
+    half = path.at(path.arrivals[-1] + 1.0)[0]
+    assert np.allclose(half, np.asarray(POSITIONS[-1]) + CIRCLE[200], atol=1e-6)
+    assert np.allclose(path.at(path.duration)[0], POSITIONS[-1], atol=1e-9)
+
+
+def test_a_curve_alone_begins_where_the_hand_is() -> None:
+    path = human_path(
+        POSITIONS[:1], QUATERNIONS[:1], [], np.random.default_rng(0), STEADY, curve=CIRCLE, curve_duration=2.0
+    )
+    assert path.duration == pytest.approx(2.0)
+    assert np.allclose(path.at(0.0)[0], POSITIONS[0])
+    assert np.allclose(path.at(1.0)[0], np.asarray(POSITIONS[0]) + CIRCLE[200], atol=1e-6)
+
+
+def test_a_hand_that_rests_stands_still_and_arrives_when_it_says() -> None:
+    rests = np.zeros(len(DURATIONS))
+    rests[0] = 0.8
+    path = human_path(POSITIONS, QUATERNIONS, DURATIONS, np.random.default_rng(2), rests=rests)
+    begin = float(path.arrivals[0])
+    during = path.at(np.linspace(begin + 0.05, begin + 0.7, 20))[0]
+    still = path.pause_cost == 0.0
+    assert np.ptp(during, axis=0).max() < (2e-3 if still else 5e-3)
+    assert np.linalg.norm(during.mean(axis=0) - np.asarray(POSITIONS[1])) < 5e-3
