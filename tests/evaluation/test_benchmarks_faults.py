@@ -1,0 +1,103 @@
+"""Random rollouts with faults: drawn from a seed alone, judged by the plant, counted by fault."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from pft_exec.evaluation.benchmarks.faults import tables_of
+from pft_exec.evaluation.rollouts import KINDS, LEAST_STRENGTH, Plan, Rollout, draw_plan, run_plan
+from pft_exec.execution.faults import Fault
+from pft_exec.simulation import Mismatch
+
+STILL = Plan(0, "pr2", "raise", (0.0,) * 7, Mismatch(), ())
+
+
+def rollout(seed: int = 0, **changes) -> Rollout:
+    usual = Rollout(seed, "pr2", ("push",), "finished", "", "on", 0.5, 0.5, -0.3, True, 2.0, 0.001)
+    return replace(usual, **changes)
+
+
+def test_a_seed_alone_draws_a_rollout() -> None:
+    plans = [draw_plan(seed) for seed in range(300)]
+    assert plans == [draw_plan(seed) for seed in range(300)]
+    assert {plan.robot for plan in plans} == {"pr2", "wam"}
+    assert {fault.kind for plan in plans for fault in plan.faults} == set(KINDS) - {"none"}
+    weak = [(plan.robot, fault.size) for plan in plans for fault in plan.faults if fault.kind == "saturation"]
+    assert all(size >= LEAST_STRENGTH[robot] for robot, size in weak)
+
+
+@pytest.mark.parametrize(
+    ("changes", "rule"),
+    [
+        ({"torque": 1.001}, "torque"),
+        ({"velocity": 1.02}, "velocity"),
+        ({"beyond": 0.001}, "position"),
+        ({"is_finite": False}, "finite"),
+        ({"ending": "exception"}, "exception"),
+        ({"ending": "stopped", "reason": ""}, "reason"),
+    ],
+)
+def test_each_rule_that_is_broken_is_named(changes: dict[str, object], rule: str) -> None:
+    assert rollout().broken_rules == ()
+    assert rule in rollout(**changes).broken_rules
+
+
+def test_tables_count_what_became_of_rollouts() -> None:
+    stopped = rollout(1, ending="stopped", reason="joint 3 jumped by 0.2 rad", faults=("encoder_jump", "push"))
+    tables = tables_of([rollout(), rollout(2, went="slower"), stopped, rollout(3, torque=2.0)])
+    by_fault = {row["fault"]: row for row in tables["rollouts by fault"]}
+    assert by_fault["push"]["rollouts"] == by_fault["all"]["rollouts"] == 4
+    assert by_fault["push"]["went on"] == 2
+    assert by_fault["encoder_jump"]["stopped"] == 1
+    assert tables["what must never happen (floor: 0)"][0]["torque beyond limit"] == 1
+    assert tables["why they stopped"] == [{"reason": "joint # jumped by # rad", "rollouts": 1}]
+    assert [row["seed"] for row in tables["rollouts that broke a rule"]] == [3]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "endings"),
+    [
+        ("none", {"finished"}),
+        ("solver_fails", {"finished"}),
+        ("solver_nan", {"finished"}),
+        ("encoder_spike", {"finished"}),
+        ("encoder_jump", {"stopped"}),
+        ("encoder_nan", {"stopped"}),
+        ("encoder_frozen", {"stopped"}),
+        ("gripper_opens", {"finished"}),
+        ("push", {"finished"}),
+        ("payload", {"finished"}),
+        ("saturation", {"finished"}),
+        ("beyond_reach", {"refused"}),
+    ],
+)
+def test_each_fault_is_answered_and_breaks_no_rule(kind: str, endings: set[str]) -> None:
+    start = 0.0 if kind == "beyond_reach" else 0.4
+    plan = replace(STILL, faults=() if kind == "none" else (Fault(kind, start, seed=1),))
+    judged, log = run_plan(plan)
+    assert judged.broken_rules == ()
+    assert judged.ending in endings, judged.reason
+    assert log is not None
+    assert (log.event("fault") is None) == (kind == "none")
+    if judged.ending != "finished":
+        assert log.event("stop").detail == judged.reason
+
+
+@pytest.mark.slow
+def test_a_solver_that_keeps_failing_stops_the_arm_with_its_word() -> None:
+    judged, _ = run_plan(replace(STILL, faults=(Fault("solver_fails", 0.4, 1.0),)))
+    assert judged.ending == "stopped"
+    assert "the solver found nothing" in judged.reason
+    assert judged.broken_rules == ()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("force", [10.0, 20.0, 40.0])
+@pytest.mark.parametrize("robot", ["pr2", "wam"])
+def test_pushes_of_every_size_break_no_limit(robot: str, force: float) -> None:
+    judged, _ = run_plan(replace(STILL, robot=robot, faults=(Fault("push", 0.5, 0.3, force, seed=2),)))
+    assert judged.broken_rules == ()
+    assert judged.ending == "finished", judged.reason
