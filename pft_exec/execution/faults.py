@@ -62,7 +62,10 @@ KINDS: Mapping[str, FaultKind] = MappingProxyType(
         "encoder_spike": FaultKind("single readings of one encoder are off", _COAST, 0.3, "rad", 0.5),
         "encoder_jump": FaultKind("one encoder jumps and stays off", _COAST, 0.2, "rad"),
         "encoder_nan": FaultKind("one encoder reports no number", _COAST, duration=0.1),
-        "encoder_frozen": FaultKind("all encoders repeat their last reading", _COAST),
+        "encoder_frozen": FaultKind(
+            "all encoders repeat their last reading",
+            "as above; the stop ends with the brakes, since an arm that is not seen cannot be damped",
+        ),
         "object_lost": FaultKind("the camera loses an object", "goes on with the object's last pose", duration=1.0),
         "object_jump": FaultKind(
             "the camera sees an object elsewhere",
