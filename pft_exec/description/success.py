@@ -30,6 +30,7 @@ def judge_motion(
     start: Pose,
     end: Pose,
     measured: Measured | None = None,
+    substitute: Mapping[str, str] | None = None,
 ) -> Verdict:
     """Judge a motion that was made.
 
@@ -43,6 +44,8 @@ def judge_motion(
         Of the tool, when the motion began and now.
     measured : Measured, optional
         The tool's course, what it holds, and where the liquid is.
+    substitute : {name: name}, optional
+        Objects of the scene that take the place of those that the task names.
 
     Raises
     ------
@@ -50,6 +53,12 @@ def judge_motion(
         If the task has no such motion.
     """
     plane, measured = task.mirror, measured or Measured()
+    if substitute:
+        taught = {now: name for name, now in substitute.items()}
+        measured = replace(measured, held=taught.get(measured.held or "", measured.held))
+        before, after = (
+            dict(poses) | {name: poses[now] for name, now in substitute.items()} for poses in (before, after)
+        )
     if plane is not None:
         upright, positions = task.mirrored(), [measured.path, measured.liquid]
         path, liquid = (mirror_positions(each, plane) if len(each) else each for each in positions)

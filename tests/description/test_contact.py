@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pft_exec.description import Measured, judge_motion, load_task, nominal_setting
+from pft_exec.description import Measured, judge_motion, load_task, nominal_goal, nominal_setting
 from pft_exec.description.contact import inside, judge_held, judge_placed, judge_poured, judge_rests_in
 from pft_exec.description.predicates import Held, Placed, Poured, RestsIn
 from pft_exec.geometry import Pose, quaternion_from_rotation_vector
@@ -88,3 +88,12 @@ def test_a_mirrored_task_judges_the_mirrored_course(sense: float) -> None:
     measured = replace(Measured(), path=setting.start.position + circle)
     verdict = judge_motion(task, "stir", objects, objects, setting.start, setting.start, measured)
     assert verdict.success is (sense > 0.0)
+
+
+def test_a_substitute_is_judged_in_place_of_what_was_taught() -> None:
+    objects = {name: Pose(np.array([0.1 * k + 0.5, 0.0, 0.79])) for k, name in enumerate(TASK.placed)}
+    start = Pose(np.array([0.5, -0.4, 1.0]))
+    end = nominal_goal(TASK, "reach", dict(objects) | {"bottle": objects["can"]}, start)
+    measured = Measured(held="can")
+    assert not judge_motion(TASK, "reach", objects, objects, start, end, measured).success
+    assert judge_motion(TASK, "reach", objects, objects, start, end, measured, {"bottle": "can"}).success

@@ -165,9 +165,7 @@ def test_a_bottle_out_of_reach_is_refused_with_the_nearest_that_is_not(table: Wo
     objects = dict(table.draw_scene(0, label="reach").objects)
     objects["bottle"] = Pose(objects["bottle"].position + np.array([0.35, 0.0, 0.0]))
     before = table.time
-    with pytest.raises(
-        UnreachableError, match=r"will do: bottle at \(0\.\d+, -0\.\d+\) m"
-    ):
+    with pytest.raises(UnreachableError, match=r"will do: bottle at \(0\.\d+, -0\.\d+\) m"):
         prepare(table, "reach", seed=0, scene=Scene(objects))
     with pytest.raises(UnreachableError, match="nearest placement found that will do: bottle at"):
         teach(table, "reach", count=1, scene=Scene(objects))
