@@ -10,6 +10,7 @@ from pft_exec.execution.assistance import assist
 from pft_exec.execution.autonomous import execute
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.log import BeliefHistory, Event, ExecutionLog, LogRecorder, Stage
+from pft_exec.execution.person import TakeBackPlan
 from pft_exec.execution.preparation import prepare
 from pft_exec.execution.teaching import GuidingFigures, teach
 
@@ -21,6 +22,7 @@ __all__ = [
     "GuidingFigures",
     "LogRecorder",
     "Stage",
+    "TakeBackPlan",
     "assist",
     "execute",
     "prepare",

@@ -4,8 +4,8 @@ From the measured configuration and velocity and the last commanded acceleration
 target has on arrival, velocity and acceleration included. It is planned in the target's own frame
 (`pft_exec.handoff.moving_frame`); where the target leaves too little of the limits for that, between two absolute
 states: the time of arrival T is the shortest that suffices, tried every 50 ms, then halved down to below a millisecond,
-and then asked for exactly. A plan is never chased from period to
-period: that lags behind by 18 mrad and jerks all the time (measured).
+and then asked for exactly. A plan is never chased from period to period: that lags behind by 18 mrad and jerks all the
+time (measured).
 """
 
 from __future__ import annotations

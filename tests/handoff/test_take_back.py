@@ -114,7 +114,7 @@ def test_a_hand_that_is_letting_go_takes_nothing_back_and_one_that_does_not_let_
     letting_go.wait(0.5)
     holding.wait(0.5)
     assert first_taken(letting_go, lambda t: 25.0 * max(0.0, 1.0 - t / 0.3)) is None
-    assert first_taken(holding, lambda t: 25.0) == pytest.approx(0.5, abs=0.006)
+    assert first_taken(holding, lambda _: 25.0) == pytest.approx(0.5, abs=0.006)
 
 
 def test_after_the_hand_has_let_go_a_push_counts_at_once():
