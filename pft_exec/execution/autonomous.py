@@ -17,6 +17,7 @@ from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.log import ExecutionLog
 from pft_exec.execution.pursuit import Outcome
 from pft_exec.execution.stopping import stop
+from pft_exec.execution.surroundings import Surroundings
 from pft_exec.execution.takeover import Takeover, plan_takeover
 from pft_exec.execution.watch import pursue
 from pft_exec.execution.yielding import give_way
@@ -43,6 +44,7 @@ def execute(
     take_back: float = THRESHOLD,
     softness: float = SOFTNESS,
     solver: str = "daqp",
+    avoid: Sequence[str] = (),
     observer: Observer | None = None,
 ) -> ExecutionLog:
     """Execute a flow tube from where the arm is.
@@ -65,6 +67,9 @@ def execute(
         See `pft_exec.control.compute_compliance`.
     solver : str
         Of the quadratic program.
+    avoid : sequence of str
+        Objects and furniture of the task to keep off, wherever they move; then the arm keeps off the robot's own
+        parts too. What the motion must touch is not to be among them.
     observer : callable or None
         Called with the world after every control period.
 
@@ -79,8 +84,12 @@ def execute(
         Before anything moves, if the tube is beyond the arm's reach.
     UnknownMethodError
         If there is no such solver.
+    MissingObjectError
+        If the task has no object that is to be avoided.
     """
     loop = ControlLoop(world, arm, pushes, observer, faults)
+    if avoid:
+        loop.surroundings = Surroundings(world, loop.name, avoid)
     scene, start = world.scene, world.tool(loop.name)
     flow_tube = loop.injector.tube(flow_tube)
     candidate = Candidate(loop, flow_tube, softness)

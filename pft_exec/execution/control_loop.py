@@ -17,6 +17,7 @@ from pft_exec.execution.handling import Handling
 from pft_exec.execution.injection import FaultInjector
 from pft_exec.execution.log import LogRecorder, Stage
 from pft_exec.execution.plausibility import StateGuard
+from pft_exec.execution.surroundings import Surroundings
 from pft_exec.geometry import Array, Pose
 from pft_exec.model import Arm
 from pft_exec.simulation import Push, World
@@ -57,6 +58,7 @@ class ControlLoop:
         self.name = world.arm_name(arm)
         self.handling = Handling(world, self.name)
         self.log = LogRecorder()
+        self.surroundings: Surroundings | None = None
         self._pushes = tuple(pushes)
         self._observer = observer
         self._begin = world.time

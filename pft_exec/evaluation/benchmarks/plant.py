@@ -98,9 +98,9 @@ class Plant:
     def _step(self, torque: Array, force: Array) -> None:
         dynamics = self.arm.dynamics(self.q, self.v)
         applied = torque + self.arm.counterbalance(self.q) - dynamics.bias + dynamics.jacobian[:3].T @ force
-        viscous: Array = self.mismatch.friction * self.arm.friction.viscous
-        inverse: Array = np.linalg.inv(dynamics.mass_matrix + STEP * np.diag(viscous))
-        free: Array = self.v + STEP * inverse @ (applied - viscous * self.v)
+        viscous = np.asarray(self.mismatch.friction * self.arm.friction.viscous, dtype=float)
+        inverse = np.asarray(np.linalg.inv(dynamics.mass_matrix + STEP * np.diag(viscous)), dtype=float)
+        free = self.v + STEP * inverse @ (applied - viscous * self.v)
         self.v = _after_dry_friction(free, inverse, self.mismatch.friction * self.arm.friction.coulomb)
         self.q = self.q + STEP * self.v
 
