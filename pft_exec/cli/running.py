@@ -10,12 +10,29 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pft_exec.cli.application import command
-from pft_exec.cli.options import ArmName, Gui, Json, LibraryFile, Log, Mirror, Plot, Robot, Seed, Substitute, Task
+from pft_exec.cli.options import (
+    ArmName,
+    Gui,
+    Json,
+    LibraryFile,
+    Log,
+    Mirror,
+    Pace,
+    Plot,
+    Robot,
+    Seed,
+    Softness,
+    Solver,
+    Substitute,
+    Task,
+    Tool,
+)
 from pft_exec.cli.terminal import print_tables, progress
 
 if TYPE_CHECKING:
     from pft_exec.execution import ExecutionLog
     from pft_exec.learning import MotionLibrary
+    from pft_exec.recognition import Belief
     from pft_exec.simulation import World
 
 
@@ -25,9 +42,14 @@ def execute(
     motion: Annotated[str, typer.Argument(help="Motion of the library.")],
     robot: Robot = "pr2",
     task: Task = "tabletop",
+    tool: Tool = None,
     arm: ArmName = None,
     mirror: Mirror = False,
     substitute: Substitute = None,
+    avoid: Annotated[list[str] | None, typer.Option(help="Object to keep clear of; may be repeated.")] = None,
+    pace: Pace = 1.0,
+    softness: Softness = 0.1,
+    solver: Solver = "daqp",
     seed: Seed = 0,
     log: Log = None,
     plot: Plot = None,
@@ -38,8 +60,9 @@ def execute(
     from pft_exec import execute as execute_tube
 
     swaps = _substitutions(substitute)
-    with _stage(library, motion, robot, task, arm, mirror, seed, gui) as (world, known):
-        run = execute_tube(world, known[motion].flow_tube(world.scene, world.tool(arm), swaps), arm)
+    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui) as (world, known):
+        tube = known[motion].flow_tube(world.scene, world.tool(arm), swaps)
+        run = execute_tube(world, tube, arm, avoid=avoid or (), pace=pace, softness=softness, solver=solver)
     _report_run(run, log, plot, as_json)
 
 
@@ -49,8 +72,13 @@ def assist(
     motion: Annotated[str, typer.Argument(help="Motion that the synthetic hand begins, without saying so.")],
     robot: Robot = "pr2",
     task: Task = "tabletop",
+    tool: Tool = None,
     arm: ArmName = None,
     mirror: Mirror = False,
+    ask: Annotated[bool, typer.Option("--ask", help="Ask you, not the hand, where two motions are close.")] = False,
+    pace: Pace = 1.0,
+    softness: Softness = 0.1,
+    solver: Solver = "daqp",
     seed: Seed = 0,
     log: Log = None,
     plot: Plot = None,
@@ -60,22 +88,43 @@ def assist(
     """A hand begins a motion; the robot recognizes it, takes over and finishes it."""
     from pft_exec import assist as assist_hand
 
-    with _stage(library, motion, robot, task, arm, mirror, seed, gui) as (world, known):
-        run = assist_hand(world, known, motion, arm, seed=seed)
+    answer = _ask if ask else None
+    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui, not ask) as (world, known):
+        run = assist_hand(
+            world, known, motion, arm, seed=seed, answer=answer, pace=pace, softness=softness, solver=solver
+        )
     _report_run(run, log, plot, as_json)
+
+
+def _ask(labels: tuple[str, ...], belief: Belief) -> str | None:
+    """Ask the user which of some motions the hand makes; None is none of them."""
+    choices = [f"{label} ({belief.probability[label]:.0%})" for label in labels]
+    for number, choice in enumerate(choices, start=1):
+        typer.echo(f"{number}: {choice}", err=True)
+    chosen = typer.prompt("Which of these does the hand make? 0 is none", type=int, default=0, err=True)
+    return labels[chosen - 1] if 1 <= chosen <= len(labels) else None
 
 
 @contextmanager
 def _stage(
-    library: Path, motion: str, robot: str, task: str, arm: str | None, mirror: bool, seed: int, gui: bool
+    library: Path,
+    motion: str,
+    robot: str,
+    task: str,
+    tool: str | None,
+    arm: str | None,
+    mirror: bool,
+    seed: int,
+    gui: bool,
+    bar: bool = True,
 ) -> Iterator[tuple[World, MotionLibrary]]:
     """A world set up for a motion of the task, and a library that knows it, as the arm makes its motions."""
-    from pft_exec import MotionLibrary, World
+    from pft_exec import MotionLibrary, World, load_robot
     from pft_exec.execution import prepare
 
     known = MotionLibrary.load(library)
     known[motion]  # refused before any world opens
-    with progress(motion), World(robot, task, gui=gui, seed=seed) as world:
+    with progress(motion, bar), World(load_robot(robot, tool), task, gui=gui, seed=seed) as world:
         prepare(world, motion, arm, seed=seed)
         yield world, known.mirrored(world.base) if mirror else known
 

@@ -16,11 +16,11 @@ from rich.table import Column, Table
 
 
 @contextmanager
-def progress(stage: str) -> Iterator[Callable[[str, float], None]]:
+def progress(stage: str, shown: bool = True) -> Iterator[Callable[[str, float], None]]:
     """A bar on standard error; the function that moves it takes the stage and the share done, 0 to 1."""
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(*columns, console=console, transient=True, disable=not (shown and console.is_terminal)) as bar:
         task = bar.add_task(stage, total=None)
         yield lambda stage, done: bar.update(task, description=stage, total=1.0, completed=done)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from pft_exec.evaluation.benchmarks.compliance import measure_compliance
 from pft_exec.evaluation.benchmarks.control import time_control
-from pft_exec.evaluation.benchmarks.faults import measure_faults
+from pft_exec.evaluation.benchmarks.faults import ROLLOUTS, measure_faults
 from pft_exec.evaluation.benchmarks.handoff import measure_handoff
 from pft_exec.evaluation.benchmarks.learning import time_learning
 from pft_exec.evaluation.benchmarks.obstacle import measure_obstacle
@@ -33,7 +33,9 @@ BENCHMARKS: dict[str, Benchmark] = {
 }
 
 
-def benchmark(name: str, seed: int = 0, progress: Progress = silent) -> dict[str, Any]:
+def benchmark(
+    name: str, seed: int = 0, progress: Progress = silent, *, count: int | None = None, jobs: int = 1
+) -> dict[str, Any]:
     """Time one part.
 
     Parameters
@@ -44,6 +46,10 @@ def benchmark(name: str, seed: int = 0, progress: Progress = silent) -> dict[str
         Of all that is drawn at random.
     progress : callable
         Takes the stage and the share that is done, in [0, 1].
+    count : int or None
+        Of rollouts; only "faults" has any.
+    jobs : int
+        Processes of the rollouts.
 
     Returns
     -------
@@ -57,4 +63,6 @@ def benchmark(name: str, seed: int = 0, progress: Progress = silent) -> dict[str
     """
     if name not in BENCHMARKS:
         raise UnknownNameError("benchmark", name, BENCHMARKS)
+    if name == "faults":
+        return {"tables": measure_faults(seed, progress, count or ROLLOUTS, jobs)}
     return {"tables": BENCHMARKS[name](seed, progress)}
