@@ -76,7 +76,7 @@ def _draw_time(axes: Any, tubes: Mapping[str, FlowTube], shown: Demonstration | 
         axes.plot(time, shown.position[:, axis], color=MARK, linestyle=":", label="a person in this scene")
     axes.set_title(f"{AXES[axis]}, new scene", fontsize=9)
     if axis == 0:
-        axes.legend(loc="best", fontsize=7)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2, fontsize=7)
 
 
 def _carried(tube: FlowTube) -> list[tuple[Array, Array]]:
