@@ -44,6 +44,11 @@ def prepare(
     start : Pose or None
         Of the tool, world frame; None draws it from the task's starts.
 
+    Returns
+    -------
+    Setting
+        Of a motion that follows others that of the first of them; the world itself says how it stands now.
+
     Raises
     ------
     UnknownMotionError, UnknownArmError
@@ -62,7 +67,7 @@ def prepare(
     setting = _setting(world, label, name, seed, planned, None if scene is None else scene.objects, start)
     if len(task.chain(label)) > 1:
         lead_there(world, setting, planned(setting))
-        return Setting(dict(world.scene.objects), world.tool(name))
+        return setting
     model = world.arm(name)
     found = solve_inverse_kinematics(model, world.base.inverse() @ setting.start, resting_posture(model))
     if not found.found:
