@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from pft_exec.description import TaskDescription, load_task, random_stream
+from pft_exec.description.contact import inside
 from pft_exec.evaluation.measurements import beyond
 from pft_exec.evaluation.methods import expected_conflicts
 from pft_exec.exceptions import UnreachableError
@@ -117,7 +118,7 @@ def run_rollout(rollout: Rollout, library: Path, folder: Path, film: str = "fail
         except UnreachableError as error:
             result = _result(rollout, False, str(error), {}, refused=True)
         else:
-            figures = measure_run(log, tube, world.arm(rollout.arm).limits)
+            figures = measure_run(log, tube, world.arm(rollout.arm).limits) | _poured(world, rollout)
             result = _result(rollout, bool(log.success), log.reason, figures)
         _save_tile(world, rollout, folder)
         if scenes.states and _is_filmed(film, result, rollout.name):
@@ -161,7 +162,7 @@ def _library(path: Path, _changed: int, is_mirrored: bool, task: str) -> MotionL
 
 
 def measure_run(log: ExecutionLog, tube: FlowTube, limits: JointLimits) -> dict[str, float]:
-    """Figures of a run: its own `details`, and:
+    """Figures of a run: its own `details` (of what is held, ``slip``, m, among them), and:
 
     - ``tube_rms``, ``tube_largest``: distance of the tool from the tube's mean at the same phase, m;
     - ``tube_sigmas``: root mean square of that distance in standard deviations of the tube, per axis;
@@ -179,6 +180,14 @@ def measure_run(log: ExecutionLog, tube: FlowTube, limits: JointLimits) -> dict[
         "velocity_beyond": velocity_beyond,
         "duration": float(log.time[-1]),
     }
+
+
+def _poured(world: World, rollout: Rollout) -> dict[str, float]:
+    """Share of the liquid that is in the vessel it should be in now; empty where nothing is poured."""
+    poured = world.task.motion(rollout.label).success.poured
+    if poured is None or not len(world.liquid):
+        return {}
+    return {"poured": float(np.mean(inside(world.task, poured.into, world.scene[poured.into], world.liquid)))}
 
 
 def _deviation(log: ExecutionLog, tube: FlowTube) -> dict[str, float]:

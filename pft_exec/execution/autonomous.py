@@ -144,13 +144,14 @@ def about_run(loop: ControlLoop) -> dict[str, str]:
 
 
 def end_figures(loop: ControlLoop, tube: FlowTube) -> dict[str, float]:
-    """Where the tool ended beside where its tube ends: m and rad; and simulated time per computing time."""
+    """Where the tool ended beside where its tube ends, m and rad; simulated time per computing time; a load's slip, m."""
     tool = loop.world.true_tool(loop.name)
     turned = 0.0 if tube.quaternion is None else float(geodesic_distance(tube.end.quaternion, tool.quaternion))
     return {
         "end_position_error": float(np.linalg.norm(tool.position - tube.end.position)),
         "end_rotation_error": turned,
         "real_time_factor": loop.real_time_factor,
+        **({} if loop.world.held(loop.name) is None else {"slip": loop.handling.slip}),
     }
 
 
