@@ -144,7 +144,7 @@ def about_run(loop: ControlLoop) -> dict[str, str]:
 
 
 def end_figures(loop: ControlLoop, tube: FlowTube) -> dict[str, float]:
-    """Where the tool ended beside where its tube ends, m and rad; simulated time per computing time; a load's slip, m."""
+    """The tool's end beside the tube's, m and rad; simulated time per computing time; how far a load slipped, m."""
     tool = loop.world.true_tool(loop.name)
     turned = 0.0 if tube.quaternion is None else float(geodesic_distance(tube.end.quaternion, tool.quaternion))
     return {
