@@ -44,6 +44,7 @@ from pft_exec.learning.landmarks import (
     phases_through,
 )
 from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
+from pft_exec.learning.pacing import Pacing, learn_pacing
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
 from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables
@@ -68,6 +69,8 @@ class RobustMotion:
     covariance : (N, 3, 3) or (N, 6, 6)
         The same at the same share of the duration, so that timing counts.
     time_deviation : (N,), s
+        Of demonstrations in one scene.
+    pacing : Pacing
     signals : SignalTubes
     """
 
@@ -78,6 +81,7 @@ class RobustMotion:
     residual: Array
     covariance: Array
     time_deviation: Array
+    pacing: Pacing
     signals: SignalTubes
 
 
@@ -143,6 +147,7 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
         residual=_shown_here(left_over(aligned, blend)),
         covariance=_timed_covariance(demonstrations, moving, share, left_out, start.floor),
         time_deviation=_time_deviation(demonstrations, moving, aligned, share),
+        pacing=learn_pacing(blend.position, aligned.position, aligned.time),
         signals=signal_tubes(aligned),
     )
 
@@ -225,7 +230,8 @@ def generalize(
     warn_of_conflict(label, "end", motion.experts.end, poses)
     prediction = predict(motion.experts, poses, leave_out=False)
     blend = blend_experts(motion.experts, poses, prediction, motion.weights, leave_out=False)
-    time, signals = motion.aligned.time, motion.signals
+    signals = motion.signals
+    time = motion.pacing.carried(motion.aligned.time, blend.position[0])
     return FlowTube(
         label,
         time.mean(axis=0),
@@ -238,13 +244,13 @@ def generalize(
         signals.discrete,
         signals.discrete_values,
         len(time),
-        _carried(motion, blend),
+        _carried(motion, blend, time),
     )
 
 
-def _carried(motion: RobustMotion, blend: Prediction) -> AlignedDemonstrations:
+def _carried(motion: RobustMotion, blend: Prediction, time: Array) -> AlignedDemonstrations:
     """The demonstrations in this scene: the tube, and what each left beside its own prediction."""
     turn = None
     if blend.turn is not None:
         turn = multiply(blend.turn, quaternion_from_rotation_vector(motion.residual[..., 3:]))
-    return AlignedDemonstrations(blend.position + motion.residual[..., :3], turn, motion.aligned.time)
+    return AlignedDemonstrations(blend.position + motion.residual[..., :3], turn, time)
