@@ -68,6 +68,7 @@ class ControlLoop:
         self.injector = FaultInjector(faults, world, self.name, self.log)
         self.guard = StateGuard(self.arm.limits, world.control_period)
         self._sensed: tuple[float, Array, Array] | None = None
+        self._is_braking = False
         self.injector.advance(0.0)
 
     @property
@@ -103,6 +104,11 @@ class ControlLoop:
         self._seen.update(self.injector.scene(self.world.scene).objects)
         return self._seen
 
+    def brake(self) -> None:
+        """Let the motors brake by themselves from now on: commands are logged, but do not act."""
+        self._is_braking = True
+        self.world.brake(self.name, by_motors=True)
+
     def is_sample_due(self) -> bool:
         """Whether a sample is due now: every `SAMPLE_PERIOD`, on whole control periods."""
         every = max(1, round(SAMPLE_PERIOD / self.world.control_period))
@@ -123,7 +129,8 @@ class ControlLoop:
             Of the reference's clock beside the planned one.
         """
         state, tool = self.sense(), self.tool()
-        self.world.command(self.name, command.torque)
+        if not self._is_braking:
+            self.world.command(self.name, command.torque)
         for step in range(self.world.steps_per_period):
             force, torque = self._outside(pull)
             if step == 0:

@@ -64,7 +64,7 @@ KINDS: Mapping[str, FaultKind] = MappingProxyType(
         "encoder_nan": FaultKind("one encoder reports no number", _COAST, duration=0.1),
         "encoder_frozen": FaultKind(
             "all encoders repeat their last reading",
-            "as above; the stop ends with the brakes, since an arm that is not seen cannot be damped",
+            "as above; an arm that is not seen cannot be damped: its drives brake it, within the motors' limits",
         ),
         "object_lost": FaultKind("the camera loses an object", "goes on with the object's last pose", duration=1.0),
         "object_jump": FaultKind(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
@@ -15,7 +16,9 @@ REST_SPEED = 0.02
 REST_TIME = 0.1
 """s for which they must be."""
 BLIND_TIME = 0.01
-"""s of gravity compensation before the brakes are set on an arm that is not seen."""
+"""s of gravity compensation before the drives brake an arm that is not seen."""
+BRAKE_TIME = 0.5
+"""s for which they brake before the run is over; no joint takes so long from its greatest speed."""
 LONGEST = 2.0
 """s after which a stop is over, at rest or not."""
 
@@ -23,8 +26,9 @@ LONGEST = 2.0
 def stop(loop: ControlLoop, reason: str) -> None:
     """Log why, and hold the arm in damped gravity compensation until it rests.
 
-    Joints whose speed is not seen are not damped: a believed speed would be a push. Where none is seen at all, nothing
-    can keep the arm slow but its brakes: they are set once the motors have had `BLIND_TIME`.
+    Joints whose speed is not seen are not damped: a believed speed would be a push. Where none is seen at all, no
+    controller can keep the arm slow: once the motors have held its weight for `BLIND_TIME`, the drives go on with that
+    torque and brake by themselves, as dry friction does and within the motors' limits, until `BRAKE_TIME` is over.
 
     Parameters
     ----------
@@ -38,8 +42,7 @@ def stop(loop: ControlLoop, reason: str) -> None:
         started = perf_counter()
         q, v = loop.sense()
         if loop.guard.unseen.all() and loop.time - begin > BLIND_TIME:
-            loop.log.event(loop.time, "brake", f"no joint is seen ({loop.guard.reason}): the brakes are set")
-            loop.world.brake(loop.name)
+            _brake(loop, floating, reason)
             return
         if not np.max(np.abs(v)) < REST_SPEED:
             moved = loop.time
@@ -47,3 +50,15 @@ def stop(loop: ControlLoop, reason: str) -> None:
             floating.carry(loop.arm)
         command = floating.update(loop.time, q, np.where(loop.guard.unseen, 0.0, v), f"stopped: {reason}")
         loop.apply(command, Stage.STOPPED, perf_counter() - started)
+
+
+def _brake(loop: ControlLoop, floating: GravityCompensation, reason: str) -> None:
+    """Let the drives of an arm that is not seen brake it."""
+    loop.log.event(loop.time, "brake", f"no joint is seen ({loop.guard.reason}): the drives brake within their limits")
+    loop.brake()
+    begin = loop.time
+    while loop.time - begin < BRAKE_TIME:
+        started = perf_counter()
+        q, _ = loop.sense()
+        command = floating.update(loop.time, q, np.zeros_like(q), f"braked: {reason}")
+        loop.apply(replace(command, torque=loop.world.torque(loop.name)), Stage.STOPPED, perf_counter() - started)

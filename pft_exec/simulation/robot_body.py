@@ -18,9 +18,9 @@ from pft_exec.model import Arm, RobotModel
 from pft_exec.simulation.disturbance import Disturbance, Encoder, Mismatch
 from pft_exec.simulation.engine import Engine, simulation_errors
 from pft_exec.simulation.gripper import GripperDrive
+from pft_exec.simulation.joint_motors import JointMotors
 from pft_exec.simulation.object_body import SPINNING_FRICTION
 
-_BRAKE_TORQUE = 1000.0  # N m; a brake holds whatever comes, unlike the motor
 PAD_FRICTION = 1.0
 """Of the fingers; the engine multiplies it with the object's: rubber pads hold from 0.8 on (measured)."""
 LEAST_PRESS = 0.5
@@ -71,6 +71,7 @@ class RobotBody:
                 flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
                 physicsClientId=self._client,
             )
+        self._motors = JointMotors(self._client, self.body)
         self._find_joints(robot)
         self._prepare_joints()
         self._clear_commands()
@@ -120,7 +121,7 @@ class RobotBody:
                     spinningFriction=SPINNING_FRICTION,
                     physicsClientId=self._client,
                 )
-        self._set_friction_motors(self._indices, [0.0] * len(self._indices))
+        self._motors.rub(self._indices, np.zeros(len(self._indices)))
 
     def _clear_commands(self) -> None:
         count = len(self._indices)
@@ -132,6 +133,7 @@ class RobotBody:
         self._encoders: dict[str, Encoder] = {}
         self._reported: dict[str, tuple[Array, Array]] = {}
         self._released: dict[str, Arm] = {}
+        self._braking: set[str] = set()
         self._width_goal = {name: gripper.closed_width for name, gripper in self._grippers.items()}
         self._width = dict(self._width_goal)
         self._drives = {name: GripperDrive(force=item.force.values[0]) for name, item in self._grippers.items()}
@@ -183,7 +185,7 @@ class RobotBody:
             self._load_tool(arm.tool_frame, mismatch.payload)
         for name in self._released:
             self._disturbance.hold(name, self._torque[self._columns[name]].copy())
-            self._rub(name)
+            (self.brake_by_motors if name in self._braking else self._rub)(name)
 
     def _load_tool(self, link: str, mass: float) -> None:
         """Make the massless link of a tool a point mass: it weighs, and resists acceleration, as a real load does."""
@@ -197,7 +199,7 @@ class RobotBody:
 
     def command(self, arm: str, torque: Array) -> None:
         """Set the motor torque (n,), N m, until it is set again, clipped at the limits; releases the brake."""
-        if arm not in self._released:
+        if self.is_braked(arm):
             self._release(arm)
         limit = self._arms[arm].limits.torque
         if self._disturbance is not None:
@@ -205,8 +207,13 @@ class RobotBody:
         self._torque[self._columns[arm]] = np.minimum(np.maximum(torque, -limit), limit)
 
     def torque(self, arm: str) -> Array:
-        """Motor torque (n,), N m, that acts in the coming step: the command, clipped; zero in an arm that is braked."""
+        """Motor torque (n,), N m, that acts in the coming step: the command, clipped; zero in an arm that is parked.
+
+        Of an arm that brakes by its motors: what acted in the step before.
+        """
         torque = self._torque[self._columns[arm]]
+        if arm in self._braking:
+            return torque + self._braking_torque(arm)
         return torque.copy() if arm in self._released else np.zeros_like(torque)
 
     def push(self, arm: str, wrench: Array) -> None:
@@ -227,7 +234,7 @@ class RobotBody:
         total = self._torque.copy()
         for name, arm in self._released.items():
             columns = self._columns[name]
-            if self._disturbance is not None:
+            if self._disturbance is not None and name not in self._braking:
                 total[columns] = self._disturbance.delivered(name, columns, total[columns], q[columns])
             total[columns] += arm.counterbalance(q[columns])
         for name in self._grippers:
@@ -236,9 +243,7 @@ class RobotBody:
             total += self._extra
             self._extra[:] = 0.0
             self._is_pushed = False
-        pybullet.setJointMotorControlArray(
-            self.body, self._indices, pybullet.TORQUE_CONTROL, forces=total, physicsClientId=self._client
-        )
+        self._motors.drive(self._indices, total)
         if self._disturbance is not None:
             self._disturbance.advance()
         self._forget_state()
@@ -324,16 +329,43 @@ class RobotBody:
         """
         columns = self._columns[arm]
         self._released.pop(arm, None)
+        self._braking.discard(arm)
         self._torque[columns] = self._arms[arm].gravity(self.sense()[0][columns])
         self._lock(columns)
 
+    def brake_by_motors(self, arm: str) -> None:
+        """Go on with the torque last commanded, and brake as dry friction does, together within the motors' limits.
+
+        Notes
+        -----
+        The drives do so by themselves: it needs no encoder. Friction takes energy away only, so that nothing swings.
+        An arm that is locked stays locked.
+        """
+        if arm in self._released:
+            self._braking.add(arm)
+            columns = self._columns[arm]
+            self._motors.rub(self._indices[columns], self._friction(arm) + self._spare(arm))
+
+    def _spare(self, arm: str) -> Array:
+        """What the motors can do beside the torque they are given, (n,), N m."""
+        strength = 1.0 if self._disturbance is None else self._disturbance.mismatch.strength
+        limit = strength * self._arms[arm].limits.torque
+        return np.maximum(limit - np.abs(self._torque[self._columns[arm]]), 0.0)
+
+    def _braking_torque(self, arm: str) -> Array:
+        """What of dry friction, (n,), N m, is the motors', in the step before."""
+        spare = self._spare(arm)
+        share: Array = np.clip(self._motors.rubbing(self._indices[self._columns[arm]]), -spare, spare)
+        return share
+
     def is_braked(self, arm: str) -> bool:
-        """Whether the arm is locked."""
-        return arm not in self._released
+        """Whether the arm is locked, or brakes by its motors."""
+        return arm not in self._released or arm in self._braking
 
     def _release(self, arm: str) -> None:
         model = self._arms[arm]
         self._released[arm] = model
+        self._braking.discard(arm)
         if self._disturbance is not None:
             q = self.sense()[0][self._columns[arm]]
             self._disturbance.hold(arm, model.gravity(q) - model.counterbalance(q))
@@ -341,33 +373,16 @@ class RobotBody:
 
     def _rub(self, arm: str) -> None:
         """Set the Coulomb friction of a released arm."""
-        factor = 1.0 if self._disturbance is None else self._disturbance.mismatch.friction
-        friction = factor * self._arms[arm].friction.coulomb
-        self._set_friction_motors(self._indices[self._columns[arm]], friction.tolist())
+        self._motors.rub(self._indices[self._columns[arm]], self._friction(arm))
 
-    def _set_friction_motors(self, indices: Sequence[int], friction: Sequence[float]) -> None:
-        """Coulomb friction as velocity motors towards rest: PyBullet ignores the friction of a URDF."""
-        pybullet.setJointMotorControlArray(
-            self.body,
-            indices,
-            pybullet.VELOCITY_CONTROL,
-            targetVelocities=[0.0] * len(indices),
-            forces=friction,
-            physicsClientId=self._client,
-        )
+    def _friction(self, arm: str) -> Array:
+        """Coulomb friction (n,), N m, of an arm's joints."""
+        factor = 1.0 if self._disturbance is None else self._disturbance.mismatch.friction
+        friction: Array = factor * self._arms[arm].friction.coulomb
+        return friction
 
     def _lock(self, columns: slice) -> None:
-        indices = self._indices[columns]
-        if not indices:
-            return
-        pybullet.setJointMotorControlArray(
-            self.body,
-            indices,
-            pybullet.POSITION_CONTROL,
-            targetPositions=self.sense()[0][columns],
-            forces=[_BRAKE_TORQUE] * len(indices),
-            physicsClientId=self._client,
-        )
+        self._motors.lock(self._indices[columns], self.sense()[0][columns])
 
     def _reset_joints(self, columns: slice, positions: Array) -> None:
         for index, position in zip(self._indices[columns], positions, strict=True):

@@ -221,12 +221,12 @@ class World:
         """Motor torque (n,), N m, that acts in the coming step: the command within the limits."""
         return self._body.torque(self.arm_name(arm))
 
-    def brake(self, arm: str | None = None) -> None:
-        """Lock an arm where it is, until it is commanded again."""
-        self._body.brake(self.arm_name(arm))
+    def brake(self, arm: str | None = None, *, by_motors: bool = False) -> None:
+        """Lock an arm where it is, until it is commanded again; by its motors: no stronger than they are."""
+        (self._body.brake_by_motors if by_motors else self._body.brake)(self.arm_name(arm))
 
     def is_braked(self, arm: str | None = None) -> bool:
-        """Whether an arm is locked."""
+        """Whether an arm is locked, or brakes by its motors."""
         return self._body.is_braked(self.arm_name(arm))
 
     def push(self, arm: str, force: ArrayLike, torque: ArrayLike = (0.0, 0.0, 0.0)) -> None:

@@ -112,6 +112,40 @@ def test_an_arm_is_braked_until_it_is_commanded_and_again_when_asked(world: Worl
     assert np.abs(world.state("right")[0] - q).max() < 1e-4
 
 
+def test_motors_brake_a_moving_arm_within_their_limits_and_a_command_ends_it(world: World) -> None:
+    model, extra = world.arm("right"), np.zeros(7)
+    extra[3] = 3.0
+
+    def held() -> np.ndarray:
+        q, _ = world.state("right")
+        return model.gravity(q) - model.counterbalance(q)
+
+    for _ in range(100):
+        world.command("right", held() + extra)
+        world.step()
+    world.command("right", held())
+    speeds = [np.abs(world.state("right")[1]).max()]
+    assert speeds[0] > 0.2
+    world.brake("right", by_motors=True)
+    assert world.is_braked("right")
+    for _ in range(300):
+        world.step()
+        speeds.append(np.abs(world.state("right")[1]).max())
+        assert (np.abs(world.torque("right")) <= model.limits.torque * (1.0 + 1e-9)).all()
+    assert max(speeds) <= speeds[0] + 1e-3, "friction drives nothing"
+    assert speeds[-1] < 5e-3
+    world.command("right", held() + 2.0 * extra)
+    assert not world.is_braked("right")
+    for _ in range(100):
+        world.step()
+    assert np.abs(world.state("right")[1]).max() > 0.1
+
+
+def test_motors_do_not_brake_what_is_parked(world: World) -> None:
+    world.brake("left", by_motors=True)
+    np.testing.assert_array_equal(world.torque("left"), np.zeros(7))
+
+
 def test_fingers_open_and_close_evenly_at_bounded_speed(world: World) -> None:
     assert world.gripper("right") == pytest.approx(0.0, abs=1e-9)
     world.set_gripper("right", 0.08)
