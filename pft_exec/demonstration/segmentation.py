@@ -54,7 +54,8 @@ def moving_range(demonstration: Demonstration) -> tuple[int, int]:
     usual speed: a gripper that closes while the tool rests is part of the motion. A recording in which nothing moves
     or changes is all motion.
     """
-    busy = (_speed(demonstration) > IDLE_SPEED) | _sudden(demonstration)
+    window = _window(demonstration.time)
+    busy = (_speed(demonstration, window) > IDLE_SPEED) | _sudden(demonstration, window)
     changes = discrete_changes(demonstration)
     busy[changes] = busy[changes - 1] = True
     if not busy.any():
@@ -81,32 +82,41 @@ def _relabeled(demonstration: Demonstration, label: str) -> Demonstration:
     return replace(demonstration, label=label)
 
 
-def _speed(demonstration: Demonstration) -> Array:
+def _speed(demonstration: Demonstration, window: _Window) -> Array:
     """Speed (N,) of the tool, each channel divided by its own greatest, the faster channel counts."""
     speed = np.zeros(len(demonstration))
     for values in (demonstration.position, demonstration.quaternion):
         if values is None:
             continue
-        channel = np.linalg.norm(_rates(demonstration.time, values), axis=1)
+        rates = _rates(window, values)
+        channel = np.sqrt(np.einsum("ni,ni->n", rates, rates))
         if channel.max() > 0.0:
             speed = np.maximum(speed, channel / channel.max())
     return speed
 
 
-def _sudden(demonstration: Demonstration) -> NDArray[np.bool_]:
+def _sudden(demonstration: Demonstration, window: _Window) -> NDArray[np.bool_]:
     """Samples (N,) at which a continuous signal changes much faster than it usually does."""
     sudden = np.zeros(len(demonstration), dtype=bool)
     for values in demonstration.continuous.values():
-        rate = np.abs(_rates(demonstration.time, values))
+        rate = np.abs(_rates(window, values))
         sudden |= rate > max(SUDDEN * float(np.median(rate)), IDLE_SPEED * float(rate.max()))
     return sudden
 
 
-def _rates(time: Array, values: Array) -> Array:
-    """Rates of change (N, ...) of values (N, ...) over `IDLE_WINDOW` of the duration."""
+_Window = tuple[NDArray[np.int64], NDArray[np.int64], Array]  # samples (N,) before and after each, and the time between
+
+
+def _window(time: Array) -> _Window:
+    """Window of `IDLE_WINDOW` of the duration around each sample."""
     half = 0.5 * IDLE_WINDOW * float(time[-1] - time[0])
     before = np.maximum(np.searchsorted(time, time - half, side="right") - 1, 0)
     after = np.minimum(np.searchsorted(time, time + half, side="left"), len(time) - 1)
-    span = np.maximum(time[after] - time[before], np.finfo(float).tiny)
+    return before, after, np.maximum(time[after] - time[before], np.finfo(float).tiny)
+
+
+def _rates(window: _Window, values: Array) -> Array:
+    """Rates of change (N, ...) of values (N, ...) over the window of each sample."""
+    before, after, span = window
     rates: Array = (values[after] - values[before]) / span.reshape(-1, *(1,) * (values.ndim - 1))
     return rates

@@ -18,7 +18,7 @@ from pft_exec.demonstration import Demonstration
 from pft_exec.demonstration.segmentation import without_idle_ends
 from pft_exec.geometry import Array, geodesic_distance
 from pft_exec.learning.dynamic_time_warping import matched_samples
-from pft_exec.learning.resampling import nearest_at, own_time, quaternions_at, rows_at
+from pft_exec.learning.resampling import nearest_at, own_time, places_of, quaternions_at, rows_at
 
 STEPS = 100  # steps of a tube: 20 ms of a 2 s motion; each of five circles has 20, 1 % of the radius off the arc
 TIME_WEIGHT = 0.1  # of the extent that a whole duration counts, so that pauses are not warped at random
@@ -59,18 +59,18 @@ def moving_parts(demonstrations: Sequence[Demonstration]) -> list[Demonstration]
 
 def sample_at(demonstrations: Sequence[Demonstration], phase: Array) -> AlignedSet:
     """K demonstrations at shares (K, N) of their durations."""
-    clocks = [own_time(d) for d in demonstrations]
-    time = phase * np.array([[clock[-1]] for clock in clocks])
-    rows = list(zip(clocks, demonstrations, time, strict=True))
-    turns = [quaternions_at(c, d.quaternion, t) for c, d, t in rows if d.quaternion is not None]
+    time = phase * np.array([[d.duration] for d in demonstrations])
+    places = [places_of(own_time(d), row) for d, row in zip(demonstrations, time, strict=True)]
+    rows = list(zip(demonstrations, places, strict=True))
+    turns = [quaternions_at(d.quaternion, at) for d, at in rows if d.quaternion is not None]
     continuous = shared_names([d.continuous for d in demonstrations])
     discrete = shared_names([d.discrete for d in demonstrations])
     return AlignedSet(
-        position=np.stack([rows_at(c, d.position, t) for c, d, t in rows]),
+        position=np.stack([rows_at(d.position, at) for d, at in rows]),
         quaternion=np.stack(turns) if turns else None,
         time=time,
-        continuous={name: np.stack([np.interp(t, c, d.continuous[name]) for c, d, t in rows]) for name in continuous},
-        discrete={name: np.stack([nearest_at(c, d.discrete[name], t) for c, d, t in rows]) for name in discrete},
+        continuous={name: np.stack([rows_at(d.continuous[name], at) for d, at in rows]) for name in continuous},
+        discrete={name: np.stack([nearest_at(d.discrete[name], at) for d, at in rows]) for name in discrete},
     )
 
 

@@ -8,10 +8,47 @@ from numba import njit
 from pft_exec.geometry import Array
 
 ROUNDS = 8  # at most, of the intrinsic mean, from the chordal one
+SQUARINGS = 6  # of the outer products, whose other eigenvalues are then gone as their 64th powers
 TOLERANCE = 1e-12  # rad, of a step at which the mean has converged
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=False)
+def _square(matrix, squared):  # type: ignore[no-untyped-def]
+    """Square (4, 4) of a symmetric matrix, scaled to a trace of 1."""
+    for i in range(4):
+        for j in range(i + 1):
+            value = 0.0
+            for k in range(4):
+                value += matrix[i, k] * matrix[k, j]
+            squared[i, j] = value
+            squared[j, i] = value
+    trace = squared[0, 0] + squared[1, 1] + squared[2, 2] + squared[3, 3]
+    for i in range(4):
+        for j in range(4):
+            squared[i, j] /= trace
+
+
+@njit(cache=True, fastmath=False)
+def _begin(mean, quaternions, share):  # type: ignore[no-untyped-def]
+    """Nearly chordal means (M, 4), in place: a column of a high power of the summed outer products."""
+    outer, squared = np.empty((4, 4)), np.empty((4, 4))
+    for m in range(mean.shape[0]):
+        outer[:] = 0.0
+        for k in range(quaternions.shape[0]):
+            for i in range(4):
+                for j in range(4):
+                    outer[i, j] += share[k, m] * quaternions[k, m, i] * quaternions[k, m, j]
+        for _ in range(SQUARINGS):
+            _square(outer, squared)
+            outer, squared = squared, outer
+        best = 0
+        for i in range(4):
+            if outer[i, i] > outer[best, best]:
+                best = i
+        mean[m] = outer[best] / np.sqrt(np.sum(outer[best] ** 2))
+
+
+@njit(cache=True, fastmath=False)
 def _descend(mean, quaternions, share):  # type: ignore[no-untyped-def]
     """Intrinsic means (M, 4), in place, from first guesses; quaternions (K, M, 4), shares (K, M)."""
     for m in range(mean.shape[0]):
@@ -52,14 +89,14 @@ def average(quaternions: Array, weights: Array | None = None) -> Array:
 
     Notes
     -----
-    Starts from the chordal mean, the eigenvector of the largest eigenvalue of the summed outer products [Markley2007]_,
-    so that it is independent of the order.
+    Starts near the chordal mean, the eigenvector of the largest eigenvalue of the summed outer products
+    [Markley2007]_, so that it is independent of the order.
     """
     shape = quaternions.shape
     flat = np.ascontiguousarray(quaternions).reshape(shape[0], -1, 4)
     share = np.full(flat.shape[:2], 1.0 / shape[0]) if weights is None else weights.reshape(flat.shape[:2])
-    rows = flat.transpose(1, 2, 0)
-    outer = (rows * share.T[:, None, :]) @ rows.transpose(0, 2, 1)
-    mean: Array = np.ascontiguousarray(np.linalg.eigh(outer)[1][..., -1])
-    _descend(mean, flat, np.ascontiguousarray(share))
+    share = np.ascontiguousarray(share)
+    mean = np.empty(flat.shape[1:])
+    _begin(mean, flat, share)
+    _descend(mean, flat, share)
     return mean.reshape(shape[1:])

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pft_exec.geometry import Array, multiply, quaternion_from_rotation_vector, relative_rotation_vector
+from pft_exec.geometry import Array
 from pft_exec.learning.alignment import AlignedSet
 from pft_exec.learning.endpoint import Poses, target_positions, target_turns
 from pft_exec.learning.experts import Experts, predict_positions, predict_turns
-from pft_exec.learning.stacking import blend_positions, blend_turns, stack_weights
+from pft_exec.learning.stacking import ExpertErrors, blend_positions, blend_turns
+from pft_exec.learning.turning import turn_between, turn_by
 from pft_exec.learning.variables import START
 
 TURN_FLOOR = 0.005  # rad, standard deviation below which orientations count as equal
@@ -27,12 +28,13 @@ def _corrected(path: Array, begin: Array, end: Array | None, share: Array) -> Ar
 
 def _corrected_turns(path: Array, begin: Array, end: Array | None, share: Array) -> Array:
     """Orientations (M, N, 4) that begin and end as they have to."""
-    first = relative_rotation_vector(path[:, 0], begin)
-    path = multiply(path, quaternion_from_rotation_vector(((1.0 - share) ** 2)[:, None] * first[:, None]))
+    first = turn_between(path[:, 0], begin)
+    path = turn_by(path, ((1.0 - share) ** 2)[:, None] * first[:, None])
     if end is None:
         return path
-    last = relative_rotation_vector(path[:, -1], end)
-    return multiply(path, quaternion_from_rotation_vector((share**2)[:, None] * last[:, None]))
+    last = turn_between(path[:, -1], end)
+    turned: Array = turn_by(path, (share**2)[:, None] * last[:, None])
+    return turned
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,12 +70,11 @@ def predict(experts: Experts, poses: Poses, leave_out: bool) -> Prediction:
     return Prediction(predict_positions(experts, poses, begin[:, :3], leave_out), turn)
 
 
-def find_weights(prediction: Prediction, aligned: AlignedSet, floor: float) -> Weights:
-    """Weights from what the experts say of demonstrations that they were not shown."""
-    turn = None
-    if prediction.turn is not None and aligned.quaternion is not None:
-        turn = stack_weights(relative_rotation_vector(aligned.quaternion[None], prediction.turn), TURN_FLOOR)
-    return Weights(stack_weights(prediction.position - aligned.position, floor), turn)
+def turn_weights(prediction: Prediction, aligned: AlignedSet) -> Array | None:
+    """Weights (N, E') of the orientations, from what the experts say of demonstrations that they were not shown."""
+    if prediction.turn is None or aligned.quaternion is None:
+        return None
+    return ExpertErrors(turn_between(aligned.quaternion[None], prediction.turn), TURN_FLOOR).weights()
 
 
 def blend_experts(
@@ -98,4 +99,4 @@ def left_over(aligned: AlignedSet, blend: Prediction) -> Array:
     left = aligned.position - blend.position
     if aligned.quaternion is None or blend.turn is None:
         return left
-    return np.concatenate([left, relative_rotation_vector(blend.turn, aligned.quaternion)], axis=-1)
+    return np.concatenate([left, turn_between(blend.turn, aligned.quaternion)], axis=-1)

@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.geometry import Array, conjugate, rotate
+from pft_exec.geometry import Array, conjugate
 from pft_exec.learning.frames import object_names
+from pft_exec.learning.turning import carry
 
 MOVED = 0.1  # of the extent of the tool's path: an object displaced less than this was not carried
 RIGID = 0.15  # of the object's displacement: how far it may shift in the hand on the way
@@ -22,7 +23,7 @@ MOVING = 0.05  # of the object's greatest step: below it the object rests
 def _offsets(demonstration: Demonstration, poses: Array) -> Array:
     """Place (N, 3) of an object (N, 7) seen from the tool."""
     offset = poses[:, :3] - demonstration.position
-    return offset if demonstration.quaternion is None else rotate(conjugate(demonstration.quaternion), offset)
+    return offset if demonstration.quaternion is None else carry(conjugate(demonstration.quaternion), offset)
 
 
 def _is_carried(demonstration: Demonstration, poses: Array, from_start: bool = False) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from pft_exec.geometry import Array
-from pft_exec.learning.resampling import smoothing
+from pft_exec.learning.smoothing import smoothed
 
 PRIOR_DEGREES = 4.0  # weight of the prior, in demonstrations
 WINDOW = 0.05  # of the motion, over which the variance profile is averaged
@@ -28,14 +28,13 @@ def residual_covariance(residual: Array, floor: float, turn_floor: float) -> Arr
         Smallest standard deviations, m and rad.
     """
     count, steps, size = residual.shape
-    smooth = smoothing(steps, WINDOW * steps)
     squares = np.mean(residual**2, axis=0)
     blocks = [(slice(0, 3), floor)] + ([(slice(3, 6), turn_floor)] if size == 6 else [])
     prior = np.empty((steps, size))
     least = np.empty(size)
     for block, smallest in blocks:
         active = max(int(np.sum(squares[:, block].max(axis=0) > 1e-6 * squares[:, block].max())), 1)
-        own = smooth @ (squares[:, block].sum(axis=1) / active) + smallest**2
+        own = smoothed(squares[:, block].sum(axis=1) / active, WINDOW * steps) + smallest**2
         prior[:, block] = (own ** (1.0 - POOLED) * own.mean() ** POOLED)[:, None]
         least[block] = smallest
     scatter = np.einsum("kni,knj->nij", residual, residual)

@@ -32,7 +32,7 @@ from pft_exec.learning.averaging import average
 from pft_exec.learning.fast_dtw import RADIUS, align_fast
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.learning.published_variables import PublishedVariable, chosen
-from pft_exec.learning.resampling import nearest_at, own_time, quaternions_at, rows_at
+from pft_exec.learning.resampling import nearest_at, own_time, places_of, quaternions_at, rows_at
 
 
 @dataclass(frozen=True)
@@ -142,14 +142,15 @@ def _track(
     wanted = clock
     if options.samples is not None and len(clock) > options.samples:
         wanted = np.linspace(0.0, clock[-1], options.samples)
+    places = places_of(clock, wanted)
     columns = [np.interp(wanted, clock, demonstration.continuous[name]) for name in names]
     for name, choices in values.items():
-        shown = nearest_at(clock, demonstration.discrete[name], wanted)
+        shown = nearest_at(demonstration.discrete[name], places)
         columns += [(shown == choice).astype(float) for choice in choices]
     turn = demonstration.quaternion
     return _Track(
-        rows_at(clock, demonstration.position, wanted),
-        None if turn is None else quaternions_at(clock, turn, wanted),
+        rows_at(demonstration.position, places),
+        None if turn is None else quaternions_at(turn, places),
         wanted,
         np.stack(columns, axis=1) if columns else np.empty((len(wanted), 0)),
     )

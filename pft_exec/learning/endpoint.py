@@ -12,16 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pft_exec.geometry import (
-    Array,
-    conjugate,
-    multiply,
-    quaternion_from_rotation_vector,
-    relative_rotation_vector,
-    rotate,
-    rotation_matrix,
-)
+from pft_exec.geometry import Array, conjugate, rotation_matrix
 from pft_exec.learning.averaging import average
+from pft_exec.learning.turning import carry, compose, turn_between, turn_by
 from pft_exec.learning.variables import ABSOLUTE, EndDecision, FrameDecision
 
 CONFLICT = 3.0  # standard deviations of the difference of two targets beyond which they contradict one another
@@ -62,13 +55,14 @@ def local_positions(position: Array, pose: Array, axes: str) -> Array:
     """Positions (K, ..., 3) seen from poses (K, 7): offsets in the world's axes or in the frame's own."""
     shape = (len(pose),) + (1,) * (position.ndim - 2)
     offset = position - pose[:, :3].reshape(*shape, 3)
-    return rotate(conjugate(pose[:, 3:]).reshape(*shape, 4), offset) if axes == "object" else offset
+    return carry(conjugate(pose[:, 3:]).reshape(*shape, 4), offset) if axes == "object" else offset
 
 
 def local_turns(quaternion: Array, pose: Array, axes: str) -> Array:
     """Orientations (K, ..., 4) seen from poses (K, 7): ``pose^-1 * q``, or for the world's axes ``q * pose^-1``."""
     back = conjugate(pose[:, 3:]).reshape(len(pose), *(1,) * (quaternion.ndim - 2), 4)
-    return multiply(quaternion, back) if axes == "world" else multiply(back, quaternion)
+    turns: Array = compose(quaternion, back) if axes == "world" else compose(back, quaternion)
+    return turns
 
 
 def frame_pose(name: str, poses: Poses, count: int) -> Array:
@@ -174,11 +168,11 @@ def target_turns(endpoint: Endpoint, poses: Poses, count: int, leave_out: bool =
     targets, weights = [], []
     for (name, axes), values in zip(endpoint.turn_frames, endpoint.turn, strict=True):
         mean = average(values)
-        residual = relative_rotation_vector(mean, values)
+        residual = turn_between(mean, values)
         step = _means(residual, leave_out)
-        local = multiply(mean, quaternion_from_rotation_vector(step))
+        local = turn_by(mean, step)
         pose = frame_pose(name, poses, count)[:, 3:]
-        turned = multiply(local, pose) if axes == "world" else multiply(pose, local)
+        turned = compose(local, pose) if axes == "world" else compose(pose, local)
         targets.append(np.broadcast_to(turned, (count, 4)))
         weights.append(1.0 / (np.sum(residual**2) + 1e-6))
     share = np.array(weights)[:, None] / np.sum(weights)

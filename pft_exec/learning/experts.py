@@ -10,22 +10,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from pft_exec.geometry import (
-    Array,
-    geodesic_distance,
-    multiply,
-    quaternion_from_rotation_vector,
-    relative_rotation_vector,
-    rotate,
-    rotation_matrix,
-)
+from pft_exec.geometry import Array, geodesic_distance, rotation_matrix
 from pft_exec.learning.averaging import average
 from pft_exec.learning.endpoint import Endpoint, Poses, frame_pose, target_positions, target_turns
+from pft_exec.learning.frame_product import fuse, scatters
 from pft_exec.learning.normalization import bent_paths, is_closed, similar_paths
-from pft_exec.learning.resampling import smoothing
+from pft_exec.learning.smoothing import smoothed
+from pft_exec.learning.turning import carry, compose, turn_between, turn_by
 from pft_exec.learning.variables import ABSOLUTE, START
 
 PRIOR_DEGREES = 4.0  # of the normal-inverse-Wishart prior around the isotropic variance profile
@@ -131,56 +124,16 @@ def local_covariance(local: Array, floor: float, leave_out: bool) -> Array:
     count = local.shape[1]
     mean = local.mean(axis=1, keepdims=True)
     residual = local - mean
-    scatter = np.einsum("fkni,fknj->fnij", residual, residual)[:, None]
-    used = count
-    if leave_out:
-        used = count - 1
-        scatter = scatter - count / used * residual[..., :, None] * residual[..., None, :]
+    covariance: Array = scatters(residual, leave_out)
+    used = count - 1 if leave_out else count
     degrees = max(used - 1, 1)
     axes = max(int(np.sum(np.ptp(local, axis=(0, 1, 2)) > 1e-9 * np.ptp(local))), 1)  # planar data have two
-    variance = np.trace(scatter, axis1=-2, axis2=-1) / axes / degrees
-    profile = variance @ smoothing(local.shape[2], PROFILE_WINDOW * local.shape[2]).T
-    prior = PRIOR_DEGREES * profile[..., None, None] * np.eye(3)
-    covariance: Array = (scatter + prior) / (degrees + PRIOR_DEGREES) * (1.0 + 1.0 / used) + floor**2 * np.eye(3)
+    variance = np.trace(covariance, axis1=-2, axis2=-1) / axes / degrees
+    profile = smoothed(np.moveaxis(variance, -1, 0), PROFILE_WINDOW * local.shape[2])
+    covariance[..., [0, 1, 2], [0, 1, 2]] += PRIOR_DEGREES * np.moveaxis(profile, 0, -1)[..., None]
+    covariance *= (1.0 + 1.0 / used) / (degrees + PRIOR_DEGREES)
+    covariance[..., [0, 1, 2], [0, 1, 2]] += floor**2
     return covariance
-
-
-@njit(cache=True)
-def _fuse(means, covariances):  # type: ignore[no-untyped-def]
-    """Product of Gaussians: (M, N, 3) from means (F, M, N, 3), covariances (F, M, N, 3, 3)."""
-    scenes, steps = means.shape[1], means.shape[2]
-    fused = np.empty((scenes, steps, 3))
-    total, weighted, inverse = np.empty((3, 3)), np.empty(3), np.empty((3, 3))
-    for m in range(scenes):
-        for n in range(steps):
-            total[:] = 0.0
-            weighted[:] = 0.0
-            for f in range(means.shape[0]):
-                _invert(covariances[f, m, n], inverse)
-                for i in range(3):
-                    for j in range(3):
-                        total[i, j] += inverse[i, j]
-                        weighted[i] += inverse[i, j] * means[f, m, n, j]
-            _invert(total, inverse)
-            for i in range(3):
-                fused[m, n, i] = inverse[i, 0] * weighted[0] + inverse[i, 1] * weighted[1] + inverse[i, 2] * weighted[2]
-    return fused
-
-
-@njit(cache=True)
-def _invert(a, out):  # type: ignore[no-untyped-def]
-    """Inverse of a symmetric matrix (3, 3) by cofactors."""
-    out[0, 0] = a[1, 1] * a[2, 2] - a[1, 2] * a[1, 2]
-    out[0, 1] = a[0, 2] * a[1, 2] - a[0, 1] * a[2, 2]
-    out[0, 2] = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]
-    out[1, 1] = a[0, 0] * a[2, 2] - a[0, 2] * a[0, 2]
-    out[1, 2] = a[0, 1] * a[0, 2] - a[0, 0] * a[1, 2]
-    out[2, 2] = a[0, 0] * a[1, 1] - a[0, 1] * a[0, 1]
-    determinant = a[0, 0] * out[0, 0] + a[0, 1] * out[0, 1] + a[0, 2] * out[0, 2]
-    out[1, 0], out[2, 0], out[2, 1] = out[0, 1], out[0, 2], out[1, 2]
-    for i in range(3):
-        for j in range(3):
-            out[i, j] /= determinant
 
 
 def _own_axes(keys: Sequence[FrameKey]) -> NDArray[np.bool_]:
@@ -194,18 +147,23 @@ def framed_positions(mean: Array, keys: Sequence[FrameKey], poses: Poses) -> Arr
     own = _own_axes(keys)
     world = np.array(mean)
     if own.any():
-        world[own] = rotate(pose[own, ..., 3:], world[own])
+        world[own] = carry(pose[own, ..., 3:], world[own])
     return world + pose[..., :3]
 
 
 def product(world: Array, covariance: Array, keys: Sequence[FrameKey], poses: Poses) -> Array:
     """Product of Gaussians (M, N, 3) of all frames; `covariance` (F, M, N, 3, 3) in their own axes."""
-    turned = np.array(np.broadcast_to(covariance, (*world.shape, 3)))
-    for index in map(int, np.flatnonzero(_own_axes(keys))):
-        turn = rotation_matrix(frame_pose(keys[index][0], poses, world.shape[1])[:, 3:])[:, None]
-        turned[index] = turn @ turned[index] @ turn.swapaxes(-1, -2)
-    fused: Array = _fuse(world, turned)
+    count = world.shape[1]
+    turns = np.stack([_axes(key, poses, count) for key in keys])
+    fused: Array = fuse(world, covariance, turns)
     return fused
+
+
+def _axes(key: FrameKey, poses: Poses, count: int) -> Array:
+    """Rotation matrices (M, 3, 3) from the axes in which a frame is meant to the world's, in M scenes."""
+    if key[1] == "world":
+        return np.broadcast_to(np.eye(3), (count, 3, 3))
+    return rotation_matrix(frame_pose(key[0], poses, count)[:, 3:])
 
 
 def framed_turns(local: Array, keys: Sequence[FrameKey], poses: Poses) -> Array:
@@ -213,8 +171,8 @@ def framed_turns(local: Array, keys: Sequence[FrameKey], poses: Poses) -> Array:
     pose = np.stack([frame_pose(name, poses, local.shape[1]) for name, _ in keys])[:, :, None, 3:]
     own = _own_axes(keys)
     world = np.empty(local.shape)
-    world[own] = multiply(pose[own], local[own])
-    world[~own] = multiply(local[~own], pose[~own])
+    world[own] = compose(pose[own], local[own])
+    world[~own] = compose(local[~own], pose[~own])
     return world
 
 
@@ -223,14 +181,14 @@ def local_mean_turns(local: Array, leave_out: bool) -> Array:
     mean = average(local.swapaxes(0, 1))[:, None]
     if not leave_out:
         return mean
-    residual = relative_rotation_vector(mean, local)
-    return multiply(mean, quaternion_from_rotation_vector(-residual / (local.shape[1] - 1)))
+    means: Array = turn_by(mean, turn_between(mean, local) / (1.0 - local.shape[1]))
+    return means
 
 
 def slerp(begin: Array, end: Array, share: Array) -> Array:
     """Geodesics (M, N, 4) from `begin` to `end` (M, 4), passed as `share` (N,) says."""
-    step = relative_rotation_vector(begin, end)
-    return multiply(begin[:, None], quaternion_from_rotation_vector(step[:, None] * share[:, None]))
+    turned: Array = turn_by(begin[:, None], turn_between(begin, end)[:, None] * share[:, None])
+    return turned
 
 
 def predict_positions(experts: Experts, poses: Poses, begin: Array, leave_out: bool) -> Array:

@@ -12,15 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.geometry import (
-    Array,
-    conjugate,
-    multiply,
-    relative_rotation_vector,
-    rotate,
-    rotation_vector_from_quaternion,
-)
+from pft_exec.geometry import Array, conjugate, rotation_vector_from_quaternion
 from pft_exec.learning.averaging import average
+from pft_exec.learning.turning import carry, compose, turn_between
 from pft_exec.learning.variables import ABSOLUTE, START
 
 
@@ -99,7 +93,7 @@ def position_candidates(
     for name, frame, is_turned in frames:
         found.append(_candidate(name, "world", place - frame[:, :3]))
         if is_turned:
-            found.append(_candidate(name, "object", rotate(conjugate(frame[:, 3:]), place - frame[:, :3])))
+            found.append(_candidate(name, "object", carry(conjugate(frame[:, 3:]), place - frame[:, :3])))
     return found
 
 
@@ -108,10 +102,10 @@ def orientation_candidates(tool: Array, start: Array | None, objects: Mapping[st
     turn = tool[:, 3:]
     seen: list[tuple[str, str, Array]] = [(ABSOLUTE, "world", turn)]
     if start is not None:
-        seen.append((START, "object", multiply(conjugate(start[:, 3:]), turn)))
-        seen.append((START, "world", multiply(turn, conjugate(start[:, 3:]))))
-    seen += [(name, "object", multiply(conjugate(pose[:, 3:]), turn)) for name, pose in objects.items()]
+        seen.append((START, "object", compose(conjugate(start[:, 3:]), turn)))
+        seen.append((START, "world", compose(turn, conjugate(start[:, 3:]))))
+    seen += [(name, "object", compose(conjugate(pose[:, 3:]), turn)) for name, pose in objects.items()]
     local = np.stack([values for _, _, values in seen], axis=1)
     mean = average(local)
-    offset, residual = rotation_vector_from_quaternion(mean), relative_rotation_vector(mean, local)
+    offset, residual = rotation_vector_from_quaternion(mean), turn_between(mean, local)
     return [Candidate(name, axes, offset[i], residual[:, i]) for i, (name, axes, _) in enumerate(seen)]

@@ -11,30 +11,32 @@ import numpy as np
 
 from pft_exec.geometry import Array
 from pft_exec.learning.alignment import AlignedSet
-from pft_exec.learning.blending import Prediction, Weights, blend_experts, find_weights, predict
+from pft_exec.learning.blending import Prediction, Weights, blend_experts, predict, turn_weights
 from pft_exec.learning.endpoint import Poses, target_positions
 from pft_exec.learning.experts import Experts, predict_in_frames
-from pft_exec.learning.stacking import blend_positions, cross_errors, cross_fitted_errors, stack_weights
+from pft_exec.learning.stacking import ExpertErrors, blend_positions
 
 
-def _own_axes_where_they_help(experts: Experts, errors: Array) -> Experts:
+def _own_axes_where_they_help(experts: Experts, errors: ExpertErrors) -> Experts:
     """The experts with one kind of axes for each frame that has two: the one with which all of them predict best."""
     kept = list(range(len(experts.keys)))
     for name in dict.fromkeys(name for name, _ in experts.keys):
         pair = [i for i in kept if experts.keys[i][0] == name]
         if len(pair) == 2:
             sets = [[i for i in kept if i == one or i not in pair] for one in pair]
-            kept = sets[int(np.argmin(cross_errors(errors, experts.floor, sets)))]
+            kept = min(sets, key=lambda chosen: errors.of(chosen).cross_fitted_square())
     return replace(experts, keys=tuple(experts.keys[i] for i in kept), local=experts.local[kept])
 
 
-def _shaped_where_it_helps(experts: Experts, errors: Array) -> Experts:
-    """The experts, the bent and the scaled path among them only if all predict better with these."""
+def _shaped_where_it_helps(experts: Experts, errors: ExpertErrors) -> tuple[Experts, ExpertErrors]:
+    """The experts and their errors, the bent and the scaled path among them only if all predict better with these."""
     unshaped = len(experts.keys) + 1
-    if len(errors) == unshaped:
-        return experts
-    with_shapes, without = cross_errors(errors, experts.floor, [range(len(errors)), range(unshaped)])
-    return replace(experts, shaped=with_shapes < without)
+    if len(errors.errors) == unshaped:
+        return experts, errors
+    without = errors.of(range(unshaped))
+    if errors.cross_fitted_square() < without.cross_fitted_square():
+        return experts, errors
+    return replace(experts, shaped=False), without
 
 
 def _believed_target(experts: Experts, poses: Poses, path: Array, overruled: bool) -> float:
@@ -43,7 +45,7 @@ def _believed_target(experts: Experts, poses: Poses, path: Array, overruled: boo
     if overruled or end is None:
         return 1.0
     errors = np.stack([end, path[:, -1]]) - experts.path[:, -1]
-    return float(stack_weights(errors[:, :, None], experts.floor)[0, 0])
+    return float(ExpertErrors(errors[:, :, None], experts.floor).weights()[0, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +70,12 @@ class LeftOut:
 def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, overruled: bool) -> LeftOut:
     """The experts that help, their weights, and the blend for each demonstrated scene from the others."""
     in_frames = predict_in_frames(experts, poses, len(even.position), leave_out=True)
-    experts = _own_axes_where_they_help(experts, in_frames - even.position)
+    experts = _own_axes_where_they_help(experts, ExpertErrors(in_frames - even.position, experts.floor))
     prediction = predict(experts, poses, leave_out=True)
-    experts = _shaped_where_it_helps(experts, prediction.position - even.position)
-    if not experts.shaped:
-        prediction = replace(prediction, position=prediction.position[: len(experts.keys) + 1])
-    weights = find_weights(prediction, even, experts.floor)
+    experts, errors = _shaped_where_it_helps(experts, ExpertErrors(prediction.position - even.position, experts.floor))
+    prediction = replace(prediction, position=prediction.position[: len(errors.errors)])
+    weights = Weights(errors.weights(), turn_weights(prediction, even))
     blended = blend_positions(weights.position, prediction.position)
     weights = replace(weights, target=_believed_target(experts, poses, blended, overruled))
-    own = cross_fitted_errors(prediction.position - even.position, experts.floor) - (blended - even.position)
+    own = errors.cross_fitted - (blended - even.position)
     return LeftOut(experts, weights, blend_experts(experts, poses, prediction, weights, leave_out=True), own)

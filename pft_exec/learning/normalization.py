@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pft_exec.geometry import Array, multiply, quaternion_from_rotation_vector, rotate, shortest_rotation
+from pft_exec.geometry import Array, quaternion_from_rotation_vector, shortest_rotation
 from pft_exec.learning.resampling import arc_length
+from pft_exec.learning.turning import carry, compose
 
 CLOSED = 0.5  # displacement below this share of the extent gives no direction to turn or scale along
 SCALE = (0.5, 2.0)  # how far a path is shrunk or stretched as a whole; the rest is bent
@@ -32,7 +33,8 @@ def upright_rotation(first: Array, second: Array) -> Array:
     heading = np.arctan2(second[..., 1], second[..., 0]) - np.arctan2(first[..., 1], first[..., 0])
     angle = np.where(has_heading, (heading + np.pi) % (2.0 * np.pi) - np.pi, 0.0)
     turn = quaternion_from_rotation_vector(angle[..., None] * np.array([0.0, 0.0, 1.0]))
-    return multiply(shortest_rotation(rotate(turn, first), second), turn)
+    rotation: Array = compose(shortest_rotation(carry(turn, first), second), turn)
+    return rotation
 
 
 def bent_paths(position: Array, begin: Array, end: Array, leave_out: bool) -> Array:
@@ -59,7 +61,7 @@ def similar_paths(position: Array, begin: Array, end: Array, leave_out: bool) ->
     safe = np.where(np.linalg.norm(wanted, axis=1, keepdims=True) > 1e-9 * shown_length.max(), wanted, shown[:1])
     turn = upright_rotation(shown[:, None], np.broadcast_to(safe, (len(shown), *safe.shape)))
     moved = (position - position[:, :1])[:, None]
-    paths = begin[:, None] + scale[..., None, None] * rotate(turn[:, :, None], moved)
+    paths = begin[:, None] + scale[..., None, None] * carry(turn[:, :, None], moved)
     gap = end - paths[:, :, -1]
     paths = paths + arc_length(position)[:, None, :, None] * gap[:, :, None]
     if leave_out:

@@ -110,7 +110,7 @@ def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float, scatter: fl
     scatter : float
         Median standard deviation per axis of an end that nothing determines, in extents.
     """
-    seen = max(np.linalg.matrix_rank(c.residual, tol=1e-9 * extent) for end in ends for c in end)
+    seen = np.linalg.matrix_rank(np.stack([c.residual for end in ends for c in end]), tol=1e-9 * extent).max()
     dimension = max(int(min(seen, 3)), 1)
     if len(ends[0][0].residual) - 1 < 3:
         dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for e in ends for c in e], axis=0))))

@@ -2,39 +2,58 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.geometry import Array, interpolate_quaternion, read_only
+from pft_exec.geometry import Array
+from pft_exec.learning.turning import turn_between, turn_by
+
+Places = tuple[NDArray[np.int64], Array]  # index (M,) of the sample before, and share (M,) of the way to the next
 
 
-def rows_at(time: Array, values: Array, wanted: Array) -> Array:
-    """Columns of `values` (N, D) given at `time` (N,), linearly interpolated at `wanted` (M,): (M, D)."""
-    place, ratio = _places(time, wanted)
-    rows: Array = values[place] * (1.0 - ratio)[:, None] + values[place + 1] * ratio[:, None]
+@njit(cache=True, fastmath=False)
+def _find(time, wanted, place, ratio):  # type: ignore[no-untyped-def]
+    """Places of `wanted` (M,) among times (N,), in place; quick where `wanted` increases."""
+    n, last = 0, len(time) - 2
+    for m in range(len(wanted)):
+        if wanted[m] < time[n]:
+            n = 0
+        while n < last and time[n + 1] <= wanted[m]:
+            n += 1
+        place[m] = n
+        ratio[m] = min(max((wanted[m] - time[n]) / (time[n + 1] - time[n]), 0.0), 1.0)
+
+
+def places_of(time: Array, wanted: Array) -> Places:
+    """Where times `wanted` (M,), increasing, lie among the samples taken at `time` (N,)."""
+    place, ratio = np.empty(len(wanted), dtype=np.int64), np.empty(len(wanted))
+    _find(np.ascontiguousarray(time), np.ascontiguousarray(wanted), place, ratio)
+    return place, ratio
+
+
+def rows_at(values: Array, places: Places) -> Array:
+    """Columns of `values` (N, D), or one (N,), linearly interpolated at M places: (M, D) or (M,)."""
+    place, ratio = places
+    ratio = ratio.reshape(-1, *(1,) * (values.ndim - 1))
+    rows: Array = values[place] * (1.0 - ratio) + values[place + 1] * ratio
     return rows
 
 
-def quaternions_at(time: Array, quaternions: Array, wanted: Array) -> Array:
-    """Quaternions (N, 4) (x, y, z, w) given at `time`, geodesically interpolated at `wanted` (M,): (M, 4)."""
-    place, ratio = _places(time, wanted)
-    return interpolate_quaternion(quaternions[place], quaternions[place + 1], ratio)
+def quaternions_at(quaternions: Array, places: Places) -> Array:
+    """Quaternions (N, 4) (x, y, z, w), geodesically interpolated at M places: (M, 4)."""
+    place, ratio = places
+    first = quaternions[place]
+    turned: Array = turn_by(first, turn_between(first, quaternions[place + 1]) * ratio[:, None])
+    return turned
 
 
-def nearest_at(time: Array, values: NDArray[np.int64], wanted: Array) -> NDArray[np.int64]:
-    """Values (N,) at the samples nearest to `wanted` (M,)."""
-    place, ratio = _places(time, wanted)
+def nearest_at(values: NDArray[np.int64], places: Places) -> NDArray[np.int64]:
+    """Values (N,) at the samples nearest to M places."""
+    place, ratio = places
     nearest: NDArray[np.int64] = values[place + (ratio > 0.5)]
     return nearest
-
-
-def _places(time: Array, wanted: Array) -> tuple[NDArray[np.int64], Array]:
-    place: NDArray[np.int64] = np.clip(np.searchsorted(time, wanted, side="right") - 1, 0, len(time) - 2)
-    ratio = np.clip((wanted - time[place]) / (time[place + 1] - time[place]), 0.0, 1.0)
-    return place, ratio
 
 
 def own_time(demonstration: Demonstration) -> Array:
@@ -51,11 +70,3 @@ def arc_length(paths: Array) -> Array:
     even = np.broadcast_to(np.linspace(0.0, 1.0, paths.shape[-2]), passed.shape)
     share: Array = np.where(total > 0.0, passed / np.where(total > 0.0, total, 1.0), even)
     return share
-
-
-@lru_cache(maxsize=32)
-def smoothing(count: int, width: float) -> Array:
-    """Matrix (N, N), read-only, that averages over neighbours with Gaussian weights of deviation `width` steps."""
-    steps = np.arange(count)
-    weights = np.exp(-0.5 * ((steps[:, None] - steps[None, :]) / max(width, 1e-9)) ** 2)
-    return read_only(weights / weights.sum(axis=1, keepdims=True))

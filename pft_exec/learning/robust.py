@@ -14,7 +14,7 @@ import numpy as np
 
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import MissingObjectError
-from pft_exec.geometry import Array, Pose, multiply, quaternion_from_rotation_vector
+from pft_exec.geometry import Array, Pose
 from pft_exec.learning.alignment import STEPS, AlignedSet, moving_parts, sample_at, shared_names, warped_phases
 from pft_exec.learning.averaging import average
 from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict
@@ -47,6 +47,7 @@ from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
 from pft_exec.learning.pacing import Pacing, learn_pacing
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
+from pft_exec.learning.turning import turn_by
 from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables
 
 FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
@@ -252,5 +253,5 @@ def _carried(motion: RobustMotion, blend: Prediction, time: Array) -> AlignedDem
     """The demonstrations in this scene: the tube, and what each left beside its own prediction."""
     turn = None
     if blend.turn is not None:
-        turn = multiply(blend.turn, quaternion_from_rotation_vector(motion.residual[..., 3:]))
+        turn = turn_by(blend.turn, motion.residual[..., 3:])
     return AlignedDemonstrations(blend.position + motion.residual[..., :3], turn, time)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pft_exec.demonstration import Demonstration
 from pft_exec.geometry import Array
 from pft_exec.learning.alignment import AlignedSet, shared_names
-from pft_exec.learning.resampling import smoothing
+from pft_exec.learning.smoothing import smoothed
 
 WINDOW = 0.05  # of the motion, over which the variance of a signal is averaged
 FLOOR = 0.02  # of a signal's range: smallest standard deviation
@@ -30,7 +30,7 @@ class SignalTubes:
 def _deviation(values: Array) -> Array:
     """Standard deviation (N,) of a signal (K, N), averaged over neighbouring steps, with a floor."""
     steps = values.shape[1]
-    variance = smoothing(steps, WINDOW * steps) @ values.var(axis=0, ddof=1)
+    variance = smoothed(values.var(axis=0, ddof=1), WINDOW * steps)
     floor = FLOOR * max(float(np.ptp(values)), 1e-9)
     deviation: Array = np.sqrt(variance * (1.0 + 1.0 / len(values)) + floor**2)
     return deviation

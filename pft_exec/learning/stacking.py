@@ -12,77 +12,76 @@ residual, sets of experts are compared: every expert more costs precision of the
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from pft_exec.geometry import Array, multiply, quaternion_from_rotation_vector, relative_rotation_vector
-from pft_exec.learning.resampling import smoothing
+from pft_exec.geometry import Array
+from pft_exec.learning.smoothing import smoothed
+from pft_exec.learning.stacking_kernel import blend, error_products, least_error_weights
+from pft_exec.learning.turning import turn_between, turn_by
 
 WINDOW = 0.05  # of the motion over which errors are averaged
 OFF_DIAGONAL = 0.5  # share of the error products between experts that is believed
 
 
-def _error_products(errors: Array) -> Array:
-    """Products (K, N, E, E) of the errors (E, K, N, 3) of experts, averaged over neighbouring steps."""
-    count, steps, experts = errors.shape[1], errors.shape[2], len(errors)
-    rows = errors.transpose(1, 2, 0, 3)
-    products = (rows @ rows.swapaxes(-1, -2)).reshape(count, steps, -1)
-    smoothed: Array = (_smooth(steps) @ products).reshape(count, steps, experts, experts)
-    return smoothed
+def _smoothed(values: Array) -> Array:
+    """Values (N, ...) averaged over neighbouring steps."""
+    return smoothed(values, 0.5 * WINDOW * len(values))
 
 
-def _smooth(steps: int) -> Array:
-    return smoothing(steps, 0.5 * WINDOW * steps)
-
-
-def _weights(products: Array, floor: float) -> Array:
-    """Weights (..., N, E) from mean error products (..., N, E, E)."""
-    identity = np.eye(products.shape[-1])
-    believed = products * (OFF_DIAGONAL + (1.0 - OFF_DIAGONAL) * identity) + floor**2 * identity
-    raw = np.linalg.solve(believed, np.ones((*products.shape[:-1], 1)))[..., 0]
-    positive = np.clip(raw, 0.0, None)
-    weights: Array = _smooth(products.shape[-3]) @ (positive / positive.sum(axis=-1, keepdims=True))
-    return weights
-
-
-def stack_weights(errors: Array, floor: float) -> Array:
-    """Weights (N, E) of E experts at N steps.
+@dataclass(frozen=True, eq=False)
+class ExpertErrors:
+    """What E experts said of K demonstrations that they were not shown, less how these were.
 
     Parameters
     ----------
-    errors : (E, K, N, 3)
-        Leave-one-out errors, m or rad.
+    errors : (E, K, N, 3), m or rad
     floor : float
         Error below which experts count as equal, in the same unit.
     """
-    return _weights(_error_products(errors).mean(axis=0), floor)
 
+    errors: Array
+    floor: float
 
-def cross_errors(errors: Array, floor: float, sets: Sequence[Sequence[int]]) -> list[float]:
-    """Mean squares of `cross_fitted_errors` of sets of experts; parameters as above."""
-    products = _error_products(errors)
-    return [
-        float(
-            np.mean(_cross_fitted(products[..., np.array(chosen)[:, None], chosen], errors[list(chosen)], floor) ** 2)
+    @cached_property
+    def products(self) -> Array:
+        """Products (N, K, E (E + 1) / 2) of the errors, averaged over neighbouring steps: the lower triangles."""
+        return _smoothed(error_products(np.ascontiguousarray(self.errors)))
+
+    def of(self, chosen: Sequence[int]) -> ExpertErrors:
+        """The errors of some of the experts, in the order that they have."""
+        some = ExpertErrors(self.errors[list(chosen)], self.floor)
+        pairs = [e * (e + 1) // 2 + f for i, e in enumerate(chosen) for f in chosen[: i + 1]]
+        some.__dict__["products"] = np.ascontiguousarray(self.products[..., pairs])
+        return some
+
+    def _weights(self, products: Array) -> Array:
+        return _smoothed(
+            least_error_weights(np.ascontiguousarray(products), len(self.errors), OFF_DIAGONAL, self.floor)
         )
-        for chosen in sets
-    ]
 
+    def weights(self) -> Array:
+        """Weights (N, E) of the blend of least error."""
+        return self._weights(self.products.mean(axis=1, keepdims=True))[:, 0]
 
-def cross_fitted_errors(errors: Array, floor: float) -> Array:
-    """Errors (K, N, 3) of the blend for each demonstration, its weights found without it; parameters as above."""
-    return _cross_fitted(_error_products(errors), errors, floor)
+    @cached_property
+    def cross_fitted(self) -> Array:
+        """Errors (K, N, 3) of the blend for each demonstration, its weights found without it."""
+        count = self.products.shape[1]
+        others = (self.products.sum(axis=1, keepdims=True) - self.products) / max(count - 1, 1)
+        blended: Array = blend(self._weights(others), np.ascontiguousarray(self.errors))
+        return blended
 
-
-def _cross_fitted(products: Array, errors: Array, floor: float) -> Array:
-    others = (products.sum(axis=0) - products) / max(len(products) - 1, 1)
-    blended: Array = np.einsum("kne,ekni->kni", _weights(others, floor), errors)
-    return blended
+    def cross_fitted_square(self) -> float:
+        """Mean square of `cross_fitted`, by which sets of experts are compared."""
+        return float(np.mean(self.cross_fitted**2))
 
 
 def blend_positions(weights: Array, predictions: Array) -> Array:
     """Blend (M, N, 3) of predictions (E, M, N, 3) by weights (N, E)."""
-    blended: Array = np.einsum("ne,emni->mni", weights, predictions)
+    blended: Array = blend(weights[:, None], np.ascontiguousarray(predictions))
     return blended
 
 
@@ -91,6 +90,5 @@ def blend_turns(weights: Array, predictions: Array) -> Array:
     steps = np.arange(weights.shape[0])
     blended: Array = predictions[weights.argmax(axis=1), :, steps].swapaxes(0, 1)
     for _ in range(2):
-        tangent = relative_rotation_vector(blended[None], predictions)
-        blended = multiply(blended, quaternion_from_rotation_vector(blend_positions(weights, tangent)))
+        blended = turn_by(blended, blend_positions(weights, turn_between(blended[None], predictions)))
     return blended
