@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pft_exec.demonstration import Scene
 from pft_exec.description import TaskDescription, load_task, random_stream
 from pft_exec.description.contact import inside
 from pft_exec.evaluation.measurements import beyond
@@ -143,7 +144,7 @@ def set_up(world: World, rollout: Rollout) -> None:
         return
     taught = default_arm(world.robot)
     setting = prepare(world, rollout.label, taught, seed=rollout.scene_seed)
-    scene = world.scene.mirrored(world.base)
+    scene = Scene(setting.objects).mirrored(world.base)
     prepare(
         world,
         rollout.label,
