@@ -205,8 +205,9 @@ class _Assistance:
             q, v = loop.sense()
             self.force.feel(q, v, command)
             takeover = self.companion.attend()
-            if takeover is None and interrupted is not None and interrupted.is_over(loop.time, self.force.force, v):
-                takeover = self._go_on(interrupted)
+            if takeover is None and interrupted is not None:
+                force = self.force.beyond_friction(q, v)
+                takeover = self._go_on(interrupted) if interrupted.is_over(loop.time, force, v) else None
             if takeover is not None:
                 self._note_guidance()
                 return takeover

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +32,11 @@ SOFTNESS = 0.1
 END_TOLERANCE = (0.01, 0.05)
 """m, rad; how near to its tube's end a motion must end that no task knows."""
 
+AT_ONCE = 0.2
+"""s after it went on within which a force that takes the arm back again was there before."""
+IN_VAIN = 3
+"""Times in a row for which it may go on so."""
+
 
 def execute(
     world: World,
@@ -45,6 +50,7 @@ def execute(
     softness: float = SOFTNESS,
     solver: str = "daqp",
     avoid: Sequence[str] = (),
+    substitute: Mapping[str, str] | None = None,
     observer: Observer | None = None,
 ) -> ExecutionLog:
     """Execute a flow tube from where the arm is.
@@ -70,6 +76,8 @@ def execute(
     avoid : sequence of str
         Objects and furniture of the task to keep off, wherever they move; then the arm keeps off the robot's own
         parts too. What the motion must touch is not to be among them.
+    substitute : {name: name}, optional
+        Taught object to the one that takes its place, as the tube was asked for; the motion is judged on that one.
     observer : callable or None
         Called with the world after every control period.
 
@@ -103,7 +111,7 @@ def execute(
     outcome = _carry_out(loop, candidate, takeover, ForceWatch(loop, take_back), pace, solver)
     if outcome.ending != "finished":
         stop(loop, outcome.reason)
-    verdict = judge_end(loop, flow_tube, scene, start)
+    verdict = judge_end(loop, flow_tube, scene, start, substitute)
     return loop.log.finish(
         verdict.success and outcome.ending == "finished",
         told(verdict, outcome),
@@ -118,6 +126,7 @@ def _carry_out(
 ) -> Outcome:
     """Pursue; give way to a person who pushes, and go on from the same phase once they let go."""
     outcome = pursue(loop, takeover, force, solver=solver, floating=False)
+    in_vain = 0
     while outcome.ending == "taken_back":
         if not give_way(loop, force, outcome.command):
             return replace(outcome, ending="stopped", reason=loop.guard.reason or "a person keeps the arm")
@@ -125,9 +134,13 @@ def _carry_out(
         if takeover.reason:
             return replace(outcome, ending="stopped", reason=takeover.reason)
         loop.log.event(loop.time, "take_over", f"nobody moves the arm any more: {candidate.label!r} goes on")
-        earlier = outcome.fallbacks
+        earlier, begin = outcome.fallbacks, loop.time
         outcome = pursue(loop, takeover, force, solver=solver, floating=True)
         outcome = replace(outcome, fallbacks=outcome.fallbacks + earlier)
+        in_vain = in_vain + 1 if loop.time - begin < AT_ONCE else 0
+        if outcome.ending == "taken_back" and in_vain >= IN_VAIN:
+            reason = f"{outcome.reason}, {IN_VAIN} times at once after it went on"
+            return replace(outcome, ending="stopped", reason=reason)
     return outcome
 
 
@@ -155,14 +168,16 @@ def end_figures(loop: ControlLoop, tube: FlowTube) -> dict[str, float]:
     }
 
 
-def judge_end(loop: ControlLoop, tube: FlowTube, scene: Scene, start: Pose) -> Verdict:
+def judge_end(
+    loop: ControlLoop, tube: FlowTube, scene: Scene, start: Pose, substitute: Mapping[str, str] | None = None
+) -> Verdict:
     """Whether the motion did what the task asks for, from the scene and the tool pose in which it began."""
     world = loop.world
     task = task_for(world.robot, world.task, loop.name)
     if tube.label in task.labels:
         ends = start, world.true_tool(loop.name)
         measured = loop.handling.measured()
-        return judge_motion(task, tube.label, scene.objects, world.scene.objects, *ends, measured)
+        return judge_motion(task, tube.label, scene.objects, world.scene.objects, *ends, measured, substitute)
     figures = end_figures(loop, tube)
     distance, turned = figures["end_position_error"], figures["end_rotation_error"]
     reached = distance <= END_TOLERANCE[0] and turned <= END_TOLERANCE[1]

@@ -8,16 +8,21 @@ from time import perf_counter
 import numpy as np
 
 from pft_exec.control import Command, GravityCompensation
+from pft_exec.control.friction import friction_torque
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.log import Stage
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 
-FADE = (0.006, 0.03)
-"""s, at least and at most, over which the torque of a command before becomes that of floating."""
-FADE_STEP = 0.44
-"""N m by which no joint's torque changes more in a control period of the fade, unless it would take too long."""
+FADE = 0.006
+"""s, at least, over which a joint's pull towards the tube goes out."""
+FADE_RATE = 420.0
+"""N m/s with which a joint's pull towards the tube goes out where it would take longer."""
+FREE = 0.5
+"""N m; with less left of the pull in every joint the arm is free."""
+EASE_TIME = 0.08
+"""s over which what helps a hand, and what slows the arm down, comes in where a friction feed-forward goes out."""
 BRAKE_SHARE = 0.4
 """Share of each joint's velocity limit from which fast motion is braked."""
 BRAKE_TIME = 0.05
@@ -25,9 +30,11 @@ BRAKE_TIME = 0.05
 SETTLE_TIME = 0.3
 """s; time constant with which an arm comes to rest that was taken back and let go of: a push does not fling it."""
 RACING_SHARE = 0.5
-"""Share of each joint's velocity limit from which it is braked as firmly as its inertia bears."""
-FIRM_SHARE = 0.5
-"""Share of that excess which is taken away in a control period."""
+"""Share of each joint's velocity limit from which it is braked the more firmly, the faster it turns."""
+FIRM_RATES = (100.0, 500.0)
+"""1/s; rates at which that excess is taken away, at `RACING_SHARE` and at the velocity limit itself."""
+STABLE_SHARE = 0.5
+"""Share of it that is taken away in a control period at most."""
 CALM = (8.0, 0.05)
 """N and rad/s: with less force and motion than this nobody moves the arm."""
 CALM_TIME = 0.3
@@ -39,6 +46,9 @@ LONGEST = 10.0
 class Yielding:
     """Let an arm float under a person's hand.
 
+    A command before is taken apart: what pulled towards the tube goes out as fast as a hand does not feel it, joint for
+    joint; the feed-forward of friction, which pulls nowhere, goes out more slowly, as what helps a hand comes in.
+
     Parameters
     ----------
     arm : Arm
@@ -48,23 +58,25 @@ class Yielding:
     def __init__(self, arm: Arm, control_period: float) -> None:
         self.arm = arm
         self._period = control_period
-        self._floating = GravityCompensation(arm)
-        self._before: Array | None = None
-        self._offset = np.zeros(len(arm.joint_names))
-        self._since, self._fade = -np.inf, FADE[0]
+        self._floating = GravityCompensation(arm, period=control_period)
+        zero = np.zeros(len(arm.joint_names))
+        self._before: Command | None = None
+        self._eased, self._eased_since = zero, -np.inf
+        self._pull, self._rate = zero, zero
         self._settling = 0.0
-        self.brake = np.zeros(len(arm.joint_names))
+        self.brake = zero
         """(n,), N m: what the last torque held against motion, beside what helps a hand; fades out at a take-over."""
 
     def begin(self, time: float, before: Command | None) -> None:
         """Float from a time on, s, and let the torque of the command before fade out."""
-        self._before = None if before is None else before.torque
-        self._since = time
+        self._before = before
+        self._eased_since = -np.inf if before is None else time
         self._settling = 0.0 if before is None else 1.0 / SETTLE_TIME
 
-    def is_free(self, time: float) -> bool:
-        """Whether nothing is left at a time, s, of the command before."""
-        return time - self._since >= self._fade - 1e-9
+    @property
+    def is_free(self) -> bool:
+        """Whether next to nothing is left of what pulled towards the tube, less than `FREE` in every joint."""
+        return self._before is None and bool(np.all(np.abs(self._pull) < FREE))
 
     def update(self, time: float, q: Array, v: Array) -> Command:
         """Torque for one control period; never raises.
@@ -76,27 +88,44 @@ class Yielding:
             Measured.
         """
         command = self._floating.update(time, q, v)
-        self.brake = self._brake(command.configuration, v)
-        free = command.torque - self.brake
+        q = command.configuration
+        gravity = self.arm.gravity(q) - self.arm.counterbalance(q)
+        share = float(np.clip((time - self._eased_since + self._period) / EASE_TIME, 0.0, 1.0))
+        self.brake = share * self._brake(q, v) + self._firm_brake(q, v)
         if self._before is not None:
-            self._offset, self._before = self._before - free, None
-            periods = np.max(np.abs(self._offset)) / FADE_STEP
-            self._fade = float(np.clip(periods * self._period, *FADE))
-        left = max(0.0, 1.0 - (time - self._since + self._period) / self._fade)
-        torque = free + left * self._offset
+            self._take_apart(self._before, gravity)
+        helping = command.torque - gravity
+        eased = share * helping + (1.0 - share) * self._eased
+        self._pull = np.sign(self._pull) * np.maximum(np.abs(self._pull) - self._rate * self._period, 0.0)
+        torque = gravity + eased - self.brake + self._pull
         limit = self.arm.limits.torque
         return replace(command, torque=np.minimum(np.maximum(torque, -limit), limit))
 
+    def _take_apart(self, before: Command, gravity: Array) -> None:
+        """The last command as gravity, friction feed-forward, and the rest: the pull towards the tube."""
+        self._eased = friction_torque(self.arm.friction, before.velocity)
+        self._pull = before.torque - gravity - self._eased
+        self._rate = np.minimum(np.abs(self._pull) / FADE, FADE_RATE)
+        self._before = None
+
     def _brake(self, q: Array, v: Array) -> Array:
-        """Torque (n,), N m, against motion after a take-back, and against joints that turn too fast."""
-        excess = np.abs(v) - BRAKE_SHARE * self.arm.limits.velocity
-        if not (self._settling or (excess > 0.0).any()):
+        """Torque (n,), N m, against motion after a take-back, and against joints that turn fast."""
+        excess = np.maximum(np.abs(v) - BRAKE_SHARE * self.arm.limits.velocity, 0.0)
+        if not (self._settling or excess.any()):
             return np.zeros(len(q))
-        slowing = self._settling * v + np.maximum(excess, 0.0) / BRAKE_TIME * np.sign(v)
-        mass_matrix = self.arm.mass_matrix(q)
-        racing = np.abs(v) - RACING_SHARE * self.arm.limits.velocity
-        firm = FIRM_SHARE / self._period / np.diag(np.linalg.inv(mass_matrix)) * np.maximum(racing, 0.0) * np.sign(v)
-        brake: Array = np.diag(mass_matrix) * slowing + firm
+        brake: Array = np.diag(self.arm.mass_matrix(q)) * (self._settling * v + excess / BRAKE_TIME * np.sign(v))
+        return brake
+
+    def _firm_brake(self, q: Array, v: Array) -> Array:
+        """Torque (n,), N m, against joints that turn too fast; the firmer, the nearer they are to their limits."""
+        limit = self.arm.limits.velocity
+        racing = np.maximum(np.abs(v) - RACING_SHARE * limit, 0.0)
+        if not racing.any():
+            return np.zeros(len(q))
+        inertia = 1.0 / np.diag(np.linalg.inv(self.arm.mass_matrix(q)))
+        share = np.minimum(racing / ((1.0 - RACING_SHARE) * limit), 1.0)
+        rate = FIRM_RATES[0] + share * (FIRM_RATES[1] - FIRM_RATES[0])
+        brake: Array = np.minimum(rate, STABLE_SHARE / self._period) * inertia * racing * np.sign(v)
         return brake
 
     def carry(self, arm: Arm) -> None:
@@ -106,7 +135,7 @@ class Yielding:
 
 
 class Calm:
-    """Notice that nobody moves the arm."""
+    """Notice that nobody moves the arm; forces are those beyond friction."""
 
     def __init__(self, time: float) -> None:
         self._restless = time
@@ -129,7 +158,7 @@ def give_way(loop: ControlLoop, force: ForceWatch, before: Command | None) -> bo
         What acted until now.
     """
     loop.log.event(loop.time, "take_back", f"a force of {force.size:.0f} N at the tool: the arm gives way")
-    arm, load, usual = loop.arm, force.unknown_mass, force.usual  # it would fall under what only the observer knows of
+    arm, load = loop.arm, force.unknown_mass  # it would fall under what only the observer knows of
     yielding, begin, command = Yielding(arm.with_payload(load), loop.world.control_period), loop.time, before
     yielding.begin(begin, before)
     calm = Calm(begin)
@@ -137,7 +166,8 @@ def give_way(loop: ControlLoop, force: ForceWatch, before: Command | None) -> bo
         started = perf_counter()
         q, v = loop.sense()
         force.feel(q, v, command)
-        if calm.update(loop.time, force.force - usual, v):
+        if calm.update(loop.time, force.beyond_friction(q, v), v):
+            force.go_on()
             return True
         if loop.arm is not arm:
             arm = loop.arm

@@ -154,6 +154,11 @@ class TakeBack:
         self._waits_until = until
         self._since, self._before, self.usual = None, None, np.zeros(3)
 
+    def resume(self, usual: Array, threshold: float) -> None:
+        """Begin again with a force (3,), N, that is usual, and another threshold, N."""
+        self.threshold, self.usual = threshold, _within_limit(usual)
+        self._since, self._before, self._waits_until = None, None, -math.inf
+
     def update(self, time: float, force: Array) -> bool:
         """Whether a force (3,), N, base frame, has been above the threshold for the hold time, at a time, s."""
         is_strong = float(np.linalg.norm(force - self.usual)) >= self.threshold
@@ -170,5 +175,10 @@ class TakeBack:
     def _get_used_to(self, time: float, force: Array) -> None:
         elapsed = 0.0 if self._before is None else time - self._before
         mean = self.usual + (1.0 - math.exp(-elapsed / USUAL_TIME)) * (force - self.usual)
-        self.usual = mean * min(1.0, USUAL_LIMIT / max(float(np.linalg.norm(mean)), 1e-9))
+        self.usual = _within_limit(mean)
         self._before = time
+
+
+def _within_limit(force: Array) -> Array:
+    """A force (3,), N, as far as it may become usual."""
+    return force * min(1.0, USUAL_LIMIT / max(float(np.linalg.norm(force)), 1e-9))
