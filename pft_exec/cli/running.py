@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,6 +12,7 @@ import typer
 from pft_exec.cli.application import command
 from pft_exec.cli.options import (
     ArmName,
+    Grasp,
     Gui,
     Json,
     LibraryFile,
@@ -45,6 +46,7 @@ def execute(
     tool: Tool = None,
     arm: ArmName = None,
     mirror: Mirror = False,
+    grasp: Grasp = "friction",
     substitute: Substitute = None,
     avoid: Annotated[list[str] | None, typer.Option(help="Object to keep clear of; may be repeated.")] = None,
     pace: Pace = 1.0,
@@ -60,9 +62,11 @@ def execute(
     from pft_exec import execute as execute_tube
 
     swaps = _substitutions(substitute)
-    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui) as (world, known):
+    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui, grasp, swaps) as (world, known):
         tube = known[motion].flow_tube(world.scene, world.tool(arm), swaps)
-        run = execute_tube(world, tube, arm, avoid=avoid or (), pace=pace, softness=softness, solver=solver)
+        run = execute_tube(
+            world, tube, arm, avoid=avoid or (), pace=pace, softness=softness, solver=solver, substitute=swaps
+        )
     _report_run(run, log, plot, as_json)
 
 
@@ -75,6 +79,7 @@ def assist(
     tool: Tool = None,
     arm: ArmName = None,
     mirror: Mirror = False,
+    grasp: Grasp = "friction",
     ask: Annotated[bool, typer.Option("--ask", help="Ask you, not the hand, where two motions are close.")] = False,
     pace: Pace = 1.0,
     softness: Softness = 0.1,
@@ -89,7 +94,7 @@ def assist(
     from pft_exec import assist as assist_hand
 
     answer = _ask if ask else None
-    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui, not ask) as (world, known):
+    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui, grasp, bar=not ask) as (world, known):
         run = assist_hand(
             world, known, motion, arm, seed=seed, answer=answer, pace=pace, softness=softness, solver=solver
         )
@@ -116,6 +121,8 @@ def _stage(
     mirror: bool,
     seed: int,
     gui: bool,
+    grasp: str,
+    substitute: Mapping[str, str] | None = None,
     bar: bool = True,
 ) -> Iterator[tuple[World, MotionLibrary]]:
     """A world set up for a motion of the task, and a library that knows it, as the arm makes its motions."""
@@ -124,8 +131,8 @@ def _stage(
 
     known = MotionLibrary.load(library)
     known[motion]  # refused before any world opens
-    with progress(motion, bar), World(load_robot(robot, tool), task, gui=gui, seed=seed) as world:
-        prepare(world, motion, arm, seed=seed)
+    with progress(motion, bar), World(load_robot(robot, tool), task, gui=gui, seed=seed, grasp=grasp) as world:
+        prepare(world, motion, arm, seed=seed, substitute=substitute)
         yield world, known.mirrored(world.base) if mirror else known
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pft_exec.cli.application import command
-from pft_exec.cli.options import ArmName, Gui, Json, Robot, Seed, Task, Tool, Written
+from pft_exec.cli.options import ArmName, Grasp, Gui, Json, Robot, Seed, Task, Tool, Written
 from pft_exec.cli.terminal import print_tables, progress
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ def teach(
     task: Task = "tabletop",
     tool: Tool = None,
     arm: ArmName = None,
+    grasp: Grasp = "friction",
     seed: Seed = 0,
     gui: Gui = False,
     as_json: Json = False,
@@ -43,7 +44,7 @@ def teach(
     [description.motion(label) for label in labels]  # refused before any world opens
     demonstrations: list[Demonstration] = []
     model, record = load_robot(robot, tool), _recordings_beside(out)
-    with progress("opening the world") as advance, World(model, description, gui=gui, seed=seed) as world:
+    with progress("opening the world") as advance, World(model, description, gui=gui, seed=seed, grasp=grasp) as world:
         for place, label in enumerate(labels):
             advance(f"teaching {label}", place / len(labels))
             demonstrations += teach_motion(world, label, arm, count, seed=seed, record=record)

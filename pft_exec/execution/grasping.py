@@ -7,6 +7,8 @@ physics.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from pft_exec.demonstration import Scene
 from pft_exec.description import Setting, TaskDescription
 from pft_exec.execution.pursuit import GO_ON, Instant, Verdict
@@ -85,14 +87,21 @@ class GripperWait:
         return Verdict(0.0, None, "the gripper moves")
 
 
-def set_up_motion(world: World, label: str, arm: str, setting: Setting, configuration: Array) -> None:
+def set_up_motion(
+    world: World,
+    label: str,
+    arm: str,
+    setting: Setting,
+    configuration: Array,
+    substitute: Mapping[str, str] | None = None,
+) -> None:
     """Set a world up for a motion: objects, arm, and what the gripper holds when it (or what it follows) begins."""
-    task = world.task
+    task, now = world.task, substitute or {}
     motion = task.motion(task.chain(label)[0])
     set_up = SetUp(
-        holding={} if motion.holds is None else {arm: motion.holds.object},
+        holding={} if motion.holds is None else {arm: now.get(motion.holds.object, motion.holds.object)},
         opened=(arm,) if motion.begins_open else (),
-        liquid=motion.liquid,
+        liquid=None if motion.liquid is None else now.get(motion.liquid, motion.liquid),
     )
     world.reset(Scene(setting.objects), {arm: configuration}, set_up)
 

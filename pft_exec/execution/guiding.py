@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -74,7 +74,13 @@ def lead(loop: ControlLoop, hand: Hand, sample: Callable[[], None] | None = None
     return True
 
 
-def lead_there(world: World, setting: Setting, plans: Sequence[HandPath], observer: Observer | None = None) -> None:
+def lead_there(
+    world: World,
+    setting: Setting,
+    plans: Sequence[HandPath],
+    observer: Observer | None = None,
+    substitute: Mapping[str, str] | None = None,
+) -> None:
     """Set a world up for the last of several motions: let the hand lead the arm through those before it.
 
     Parameters
@@ -86,8 +92,10 @@ def lead_there(world: World, setting: Setting, plans: Sequence[HandPath], observ
         As `plan_hand_paths` makes them.
     observer : callable or None
         Called with the world after every control period.
+    substitute : {name: name}, optional
+        Taught object to the one that takes its place.
     """
-    set_up_motion(world, plans[-1].label, plans[-1].arm, setting, plans[0].configuration)
+    set_up_motion(world, plans[-1].label, plans[-1].arm, setting, plans[0].configuration, substitute)
     for plan in plans[:-1]:
         lead(ControlLoop(world, plan.arm, observer=observer), Hand(world, plan))
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
 from pft_exec.demonstration import Scene
-from pft_exec.description import Setting, draw_setting, nominal_setting, random_stream, setting_from
+from pft_exec.description import Setting, TaskDescription, draw_setting, nominal_setting, random_stream, setting_from
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution.grasping import set_up_motion
 from pft_exec.execution.guiding import lead_there
 from pft_exec.execution.hand_path import HandPath, plan_hand_paths, resting_posture
 from pft_exec.execution.refusal import refusal
 from pft_exec.geometry import Pose
+from pft_exec.learning.motion import substituted
 from pft_exec.model import solve_inverse_kinematics
 from pft_exec.simulation import World, task_for
 
@@ -24,6 +27,7 @@ def prepare(
     seed: int | None = None,
     scene: Scene | None = None,
     start: Pose | None = None,
+    substitute: Mapping[str, str] | None = None,
 ) -> Setting:
     """Set up: objects and the arm as they may stand before a motion, in a scene that no demonstration had.
 
@@ -43,6 +47,8 @@ def prepare(
         Objects, world frame; None draws them from the task's placements until the arm can make the motion.
     start : Pose or None
         Of the tool, world frame; None draws it from the task's starts.
+    substitute : {name: name}, optional
+        Taught object to the one that takes its place: in a drawn scene, or in the gripper, the two trade places.
 
     Returns
     -------
@@ -65,8 +71,10 @@ def prepare(
         return plan_hand_paths(world, label, name, setting, random_stream(seed, "assist", label, name))
 
     setting = _setting(world, label, name, seed, planned, None if scene is None else scene.objects, start)
+    if substitute and (scene is None or task.motion(task.chain(label)[0]).holds is not None):
+        setting = trade_places(task, task.chain(label)[0], setting, substitute)
     if len(task.chain(label)) > 1:
-        lead_there(world, setting, planned(setting))
+        lead_there(world, setting, planned(_as_taught(setting, substitute)), substitute=substitute)
         return setting
     model = world.arm(name)
     found = solve_inverse_kinematics(model, world.base.inverse() @ setting.start, resting_posture(model))
@@ -76,8 +84,31 @@ def prepare(
             f"{1e3 * found.position_error:.0f} mm and {found.rotation_error:.2f} rad away from it."
         )
         raise refusal(world, label, name, setting, reason)
-    set_up_motion(world, label, name, setting, found.configuration)
+    set_up_motion(world, label, name, setting, found.configuration, substitute)
     return setting
+
+
+def trade_places(task: TaskDescription, label: str, setting: Setting, substitute: Mapping[str, str]) -> Setting:
+    """The setting in which each substitute is where the taught object was, and the other way round.
+
+    What stood still stands on what it stood on; what was held lies in the hand as the taught object did.
+    """
+    objects, holds = dict(setting.objects), task.motion(label).holds
+    for taught, now in substitute.items():
+        rise = 0.5 * (task.objects[now].shape.height - task.objects[taught].shape.height)
+        is_held = holds is not None and holds.object == taught
+        objects[now] = _lifted(setting.objects[taught], 0.0 if is_held else rise)
+        objects[taught] = _lifted(setting.objects[now], -rise)
+    return Setting(objects, setting.start)
+
+
+def _lifted(pose: Pose, rise: float) -> Pose:
+    return Pose(pose.position + np.array([0.0, 0.0, rise]), pose.quaternion)
+
+
+def _as_taught(setting: Setting, substitute: Mapping[str, str] | None) -> Setting:
+    """As the motion was taught: each taught object where its substitute is."""
+    return Setting(dict(substituted(Scene(setting.objects), substitute or {}).objects), setting.start)
 
 
 def _setting(
