@@ -3,10 +3,11 @@
 In the order of the flow, ``learn_motion`` (`motion`) decides which motion variables are relevant at the two ends:
 `frames` sees them from everywhere, `relevance` lets the frames compete, `directions` splits axes, `carrying` names what
 was carried, `decisions` says why, `variables` holds it and `report` prints it. ``method="robust"`` (`robust`) reads the
-demonstrations at common steps (`alignment`, `landmarks`, `dynamic_time_warping`, `resampling`), lets `experts` predict
-each from the others (`normalization`, `endpoint`, `averaging`), leaves each out to see which help (`leave_one_out`),
-blends them by their errors (`stacking`, `blending`) and takes what is left as the tube's `covariance`; `signals` adds
-gripper and switches. Compiled beneath them: `turning`, `averaging`, `smoothing`, `frame_product`, `stacking_kernel`.
+demonstrations at common steps (`alignment`, `landmarks`, `dynamic_time_warping`, `resampling`), finds what was handled
+on the way (`handling`), lets `experts` predict each from the others (`normalization`, `endpoint`, `averaging`), leaves
+each out to see which help (`leave_one_out`), blends them by their errors (`stacking`, `blending`) and takes what is
+left as the tube's `covariance`; `signals` adds gripper and switches. Compiled beneath them: `turning`, `averaging`,
+`smoothing`, `frame_product`, `stacking_kernel`.
 ``method="dong2012"`` is the published method (`published_variables`, `fast_dtw`, `dong2012`). Keyframes make `compound`
 motions, `coaching` advises the teacher, `library` keeps all motions and their file. What comes out, for the recognizer
 and the controller, is the `flow_tube` with its `events`.

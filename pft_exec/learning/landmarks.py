@@ -6,7 +6,7 @@ them the paths decide.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from pft_exec.geometry import Array
 from pft_exec.learning.resampling import own_time
 
 FLICKER = 0.02  # of the duration: a value held for less is an accident, unless all demonstrations show it
-REACHED = 0.03  # of the extent: so alike beside an object, the demonstrations were about it; as a relevant end is held
 
 
 def _switches(time: Array, values: NDArray[np.int64], shortest: float) -> tuple[tuple[int, ...], Array]:
@@ -63,27 +62,6 @@ def find_landmarks(demonstrations: Sequence[Demonstration], names: Sequence[str]
         if _is_ordered(joined):
             found = joined
     return found[:, np.argsort(found.mean(axis=0), kind="stable")]
-
-
-def handled_objects(landmarks: Array, path: Array, poses: Mapping[str, Array], extent: float) -> tuple[str, ...]:
-    """Objects beside which the tool always was at the same place when a discrete signal changed: what was grasped.
-
-    Parameters
-    ----------
-    landmarks : (K, L)
-    path : (K, N, 3), m
-        Of the tool, at steps on which the landmarks fall at their mean share.
-    poses : {name: (K, 7)}
-        Of the objects, world frame.
-    extent : float, m
-        Size of the motion.
-    """
-    steps = np.round(landmarks.mean(axis=0) * (path.shape[1] - 1)).astype(int)
-    at = path[:, steps]
-    spread = {
-        name: np.linalg.norm((at - pose[:, None, :3]).std(axis=0, ddof=1), axis=-1) for name, pose in poses.items()
-    }
-    return tuple(name for name, values in spread.items() if bool((values < REACHED * extent).any()))
 
 
 def phases_through(landmarks: Array, steps: int) -> Array:

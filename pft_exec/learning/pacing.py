@@ -41,10 +41,25 @@ class Pacing:
 
     def carried(self, time: Array, position: Array) -> Array:
         """Times (K, N), s, of demonstrations as they would be along the path (N, 3), m, of another scene."""
-        ratio = _clamped(path_lengths(position[None]), self.length) / _clamped(self.length, self.length)
-        factor = 1.0 + (ratio**self.exponent - 1.0)[:, None] * self.moving
+        factor = 1.0 + (self._ratio(position) ** self.exponent - 1.0)[:, None] * self.moving
         gone = np.cumsum(np.diff(time, axis=1) * factor, axis=1)
         return np.hstack([time[:, :1], time[:, :1] + gone])
+
+    def bowed(self, residual: Array, position: Array) -> Array:
+        """Residuals (K, N, 3), m, as they would be along the path (N, 3), m, of another scene.
+
+        Errors at the ends are errors of places, as large in any scene; how far a hand swings out between them goes
+        with the length of its way.
+        """
+        steps = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(position, axis=0), axis=1)))
+        share = (steps / steps[-1] if steps[-1] > 0.0 else np.linspace(0.0, 1.0, len(position)))[:, None]
+        between = (1.0 - share) * residual[:, :1] + share * residual[:, -1:]
+        bowed: Array = between + self._ratio(position)[:, None, None] ** 0.5 * (residual - between)
+        return bowed
+
+    def _ratio(self, position: Array) -> Array:
+        """(K,): how many times as long as in each demonstrated scene the way is here."""
+        return _clamped(path_lengths(position[None]), self.length) / _clamped(self.length, self.length)
 
 
 def path_lengths(position: Array) -> Array:

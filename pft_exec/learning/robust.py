@@ -18,6 +18,7 @@ from pft_exec.geometry import Array, Pose
 from pft_exec.learning.alignment import STEPS, AlignedSet, moving_parts, sample_at, shared_names, warped_phases
 from pft_exec.learning.averaging import average
 from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict
+from pft_exec.learning.carrying import carried_objects
 from pft_exec.learning.covariance import residual_covariance
 from pft_exec.learning.endpoint import (
     Endpoint,
@@ -36,9 +37,9 @@ from pft_exec.learning.experts import (
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.learning.frames import object_names, object_poses
+from pft_exec.learning.handling import handled_objects
 from pft_exec.learning.landmarks import (
     find_landmarks,
-    handled_objects,
     passed_landmarks,
     phases_at,
     phases_through,
@@ -132,7 +133,7 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     first = _tool(even, 0)
     poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
     start = make_endpoint(variables.start, first, poses, FLOOR * extent)
-    names = tuple(dict.fromkeys([*variables.objects, *handled_objects(landmarks, even.position, poses, extent)]))
+    names = tuple(dict.fromkeys([*variables.objects, *_handled(demonstrations, landmarks, even, poses, extent)]))
     experts = _make_experts(even, variables, names, poses | {START: first}, extent)
     poses[START] = _predicted_begin(start, poses, first, leave_out=True)
     left_out = leave_one_out(experts, poses, even, variables.end.position.overruled)
@@ -151,6 +152,18 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
         pacing=learn_pacing(blend.position, aligned.position, aligned.time),
         signals=signal_tubes(aligned),
     )
+
+
+def _handled(
+    demonstrations: Sequence[Demonstration], landmarks: Array, even: AlignedSet, poses: Poses, extent: float
+) -> tuple[str, ...]:
+    """Objects that a discrete signal changed beside; not what the tool held from the start."""
+    if landmarks.shape[1] == 0:
+        return ()
+    held = carried_objects(demonstrations, from_start=True)
+    free = {name: pose for name, pose in poses.items() if name not in held}
+    tool = np.stack([_tool(even, step) for step in range(even.position.shape[1])], axis=1)
+    return handled_objects(landmarks, tool, free, extent, even.quaternion is not None)
 
 
 def _timed_covariance(
@@ -254,4 +267,5 @@ def _carried(motion: RobustMotion, blend: Prediction, time: Array) -> AlignedDem
     turn = None
     if blend.turn is not None:
         turn = turn_by(blend.turn, motion.residual[..., 3:])
-    return AlignedDemonstrations(blend.position + motion.residual[..., :3], turn, time)
+    left = motion.pacing.bowed(motion.residual[..., :3], blend.position[0])
+    return AlignedDemonstrations(blend.position + left, turn, time)
