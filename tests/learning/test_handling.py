@@ -41,7 +41,7 @@ def carrying(rng: np.random.Generator, at_station: bool = False) -> Demonstratio
         tracked[piece == 2, :3] = drop
     return Demonstration(
         "carry",
-        0.02 * np.arange(len(position)),
+        np.linspace(0.0, 0.02 * (len(position) - 1), len(position)),
         position,
         discrete={"gripper_closed": (piece == 1).astype(int)},
         objects={"ball": tracked, "bin": np.append(basket, LEVEL), "block": np.append(block, LEVEL), "shelf": SHELF},
