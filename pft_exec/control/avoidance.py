@@ -6,7 +6,9 @@ For each pair of a link and an obstacle, or of two links, that is near, with dis
 
 so that the arm comes to rest at the distance :math:`d_s` without overshoot, however the obstacle moves: an exponential
 control barrier function with both poles at -a [Nguyen2016]_. The rows are soft and :math:`d_s` is a centimetre more
-than what is to be kept: torque limits come first. How d changes is `separation`'s matter.
+than what is to be kept: torque limits come first. No row asks for more than all joints at their acceleration limits
+would give: what is near from the beginning, or appears there, is left quickly, but never by a jump. How d changes is
+`separation`'s matter.
 """
 
 from __future__ import annotations
@@ -32,6 +34,9 @@ OWN_NEAR = 0.12
 """m; the same for pairs of the robot's own parts, which approach each other slowly."""
 APPROACH = 20.0
 """1/s; a: 5 to 20 make no difference to what is kept (measured)."""
+FIRST_MOVED = 1
+"""Index of the joint from which on links keep off obstacles: the first joint turns its link about that link's own axis,
+which avoids nothing, and beside the other arm's it stands anyway."""
 FORESEEN = 0.5
 """s; for which an obstacle is taken to move on at its velocity when nothing newer is known of it."""
 
@@ -145,11 +150,13 @@ class Avoidance:
         geometry = self._arm.geometry
         body = geometry.body if self._self_collision else ()
         count, fixed = len(geometry.links), len(geometry.links) + len(body)
-        pairs = [(i, fixed + k) for k in range(len(obstacles)) for i in range(count)]
+        moved = [i for i, link in enumerate(geometry.links) if link.joint >= FIRST_MOVED]
+        pairs = [(i, fixed + k) for k in range(len(obstacles)) for i in moved]
+        own = len(pairs)
         if self._self_collision:
             pairs += [(i, count + k) for i, k in geometry.body_pairs] + list(geometry.link_pairs)
         self._pairs = np.array(pairs, dtype=np.intp).reshape(-1, 2)
-        self._near = np.where(np.arange(len(pairs)) < count * len(obstacles), NEAR, OWN_NEAR)
+        self._near = np.where(np.arange(len(pairs)) < own, NEAR, OWN_NEAR)
         self._bodies = _Bodies(self._arm, (*body, *obstacles))
         self._moving = [fixed + k for k, obstacle in enumerate(obstacles) if obstacle.velocity.any()]
         self._time = time
@@ -201,6 +208,7 @@ class Avoidance:
         distance, points, normals = (np.array(column) for column in zip(*found, strict=True))
         rows, drift, rate = self._bodies.changes(np.array(pairs), distance, points, normals, jacobian)
         lower = -drift - 2.0 * APPROACH * rate - APPROACH**2 * (distance - self.safe_distance)
+        lower = np.minimum(lower, np.abs(rows) @ self._arm.limits.acceleration)
         constraint = Constraint(rows, lower, np.full(len(lower), np.inf), soft=True)
         return Nearness(constraint, distance, pairs, self._bodies.names)
 
