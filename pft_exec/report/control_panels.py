@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pft_exec.execution.log import ExecutionLog
+from pft_exec.execution.log import Event, ExecutionLog
 from pft_exec.geometry import Array
 from pft_exec.report.style import COLORS, MARK, MUTED
 
@@ -75,5 +75,16 @@ def mark_events(panels: Any, log: ExecutionLog) -> None:
             axes.axvline(event.time, color=COLORS[1], linewidth=0.6, alpha=0.7)
         named = panels[place % len(panels)]  # neighbors stand in different panels
         named.text(
-            event.time, 0.03, f" {event.name}", transform=named.get_xaxis_transform(), fontsize=6, color=COLORS[1]
+            event.time,
+            0.03,
+            f" {_title(event)}",
+            transform=named.get_xaxis_transform(),
+            fontsize=7,
+            color=COLORS[1],
+            bbox={"facecolor": "white", "alpha": 0.6, "linewidth": 0.0, "pad": 0.5},
         )
+
+
+def _title(event: Event) -> str:
+    """What an event is called in a picture; a fault by its kind."""
+    return event.detail.split(":")[0] if event.name == "fault" else event.name.replace("_", " ")

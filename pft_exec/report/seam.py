@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from pft_exec.geometry import Array
 from pft_exec.report.control_panels import draw_constraints, draw_costs, draw_pace, draw_timing, mark_events
 from pft_exec.report.style import AXES, COLORS, MARK, picture
 
+TITLE_WIDTH = 100
+"""Characters of a line above a picture."""
 BEFORE, AFTER = 0.3, 0.4  # s shown before the take-over and after the tube is joined
 _SHADES = {Stage.GUIDED: "#fff3d6", Stage.TRANSITION: "#dcecf8", Stage.TUBE: "#e3f3e6", Stage.HOLD: "#f0f0f0"}
 _NAMES = {
@@ -84,7 +87,8 @@ def _draw_seam(figure: Any, log: ExecutionLog) -> None:
         panel.set_ylabel(name)
     axes[-1].set_xlabel("time (s)")
     _joint_legend(axes[1], log.configuration.shape[1])
-    figure.suptitle(f"Handoff of {log.label!r}, {log.arm} arm: commanded (solid) and measured (dotted)")
+    title = f"Handoff of {log.label!r}, {log.arm} arm: commanded (solid) and measured (dotted)"
+    figure.suptitle(fill(title, TITLE_WIDTH))
 
 
 def _draw_run(figure: Any, log: ExecutionLog) -> None:
@@ -99,7 +103,7 @@ def _draw_run(figure: Any, log: ExecutionLog) -> None:
         draw_timing(axes[6], log)
     mark_events(axes, log)
     axes[-1].set_xlabel("time (s)")
-    figure.suptitle(f"{log.label}, {log.arm} arm: {log.reason}", fontsize=9)
+    figure.suptitle(fill(f"{log.label}, {log.arm} arm: {log.reason}", TITLE_WIDTH), fontsize=9)
 
 
 def _draw_motion(axes: Any, log: ExecutionLog) -> None:
