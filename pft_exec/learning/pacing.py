@@ -15,6 +15,7 @@ from pft_exec.geometry import Array
 
 EXPONENT = 0.5  # of the length, expected before any demonstration: between equal times and equal speeds
 EXPONENT_DEVIATION = 0.25
+BOW_EXPONENT = 0.5  # of the length, by which residuals between the ends go; set on synthetic people, other seeds
 PACE_DEVIATION = 0.25  # of the logarithm of the duration, between performances in one scene, before any of them
 _HELD = 4.0  # degrees of freedom of that deviation
 _LEAST_LENGTH = 1e-3  # of the longest path: shorter ones count as that long
@@ -49,12 +50,12 @@ class Pacing:
         """Residuals (K, N, 3), m, as they would be along the path (N, 3), m, of another scene.
 
         Errors at the ends are errors of places, as large in any scene; how far a hand swings out between them goes
-        with the length of its way.
+        with the length of its way, to a power between none and all of it.
         """
         steps = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(position, axis=0), axis=1)))
         share = (steps / steps[-1] if steps[-1] > 0.0 else np.linspace(0.0, 1.0, len(position)))[:, None]
         between = (1.0 - share) * residual[:, :1] + share * residual[:, -1:]
-        bowed: Array = between + self._ratio(position)[:, None, None] ** 0.5 * (residual - between)
+        bowed: Array = between + self._ratio(position)[:, None, None] ** BOW_EXPONENT * (residual - between)
         return bowed
 
     def _ratio(self, position: Array) -> Array:

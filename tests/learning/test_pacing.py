@@ -63,3 +63,15 @@ def test_the_exponent_stays_between_equal_times_and_equal_speeds() -> None:
     for power in (-1.0, 3.0):
         time = np.array([[1.0], [2.0**power], [4.0**power]]) * np.linspace(0.0, 1.0, 11)
         assert 0.0 <= learn_pacing(position, position, time).exponent <= 1.0
+
+
+def test_a_shorter_way_is_bowed_less_but_its_ends_scatter_as_ever() -> None:
+    straight = np.zeros((11, 3))
+    straight[:, 0] = np.linspace(0.0, 1.0, 11)
+    residual = np.zeros((2, 11, 3))
+    residual[:, :, 1] = 0.2 + 0.1 * np.sin(np.pi * np.linspace(0.0, 1.0, 11))
+    pacing = Pacing(np.array([1.0, 1.0]), np.ones(10), 0.5)
+    np.testing.assert_allclose(pacing.bowed(residual, straight), residual)
+    short = pacing.bowed(residual, 0.25 * straight)
+    np.testing.assert_allclose(short[:, [0, -1], 1], 0.2)
+    np.testing.assert_allclose(short[:, 5, 1], 0.25)
