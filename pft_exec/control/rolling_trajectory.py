@@ -143,6 +143,8 @@ class RollingTrajectory:
 
     def extend(self, count: int) -> None:
         """Compute so many further samples, or fewer where the tube ends."""
+        if self.is_complete:
+            return
         for index in range(self._done, min(self._done + count, len(self._samples))):
             before = self._samples[index - 1] if index else self._posture
             goal = self.tube.position[self._first + index], self.tube.rotation[self._first + index]

@@ -18,6 +18,7 @@ from numba import njit
 from pft_exec.control.compliance import LEVER
 from pft_exec.control.separation import cross
 from pft_exec.geometry import Array
+from pft_exec.geometry.definite import factorize
 from pft_exec.model import JointLimits
 
 MARGIN = 0.15
@@ -41,10 +42,10 @@ def secondary_acceleration(limits: JointLimits, q: Array, jacobian: Array) -> Ar
     below = np.maximum(1.0 - (q - limits.lower) / MARGIN, 0.0)
     above = np.maximum(1.0 - (limits.upper - q) / MARGIN, 0.0)
     acceleration: Array = STRENGTH * (np.minimum(below, 1.0) ** 2 - np.minimum(above, 1.0) ** 2)
-    dexterity, gradient = _dexterity_gradient(np.ascontiguousarray(jacobian), _LEVERS)
-    if dexterity < DEXTERITY:
+    if _is_near_singular(jacobian, _LEVERS, DEXTERITY):
+        dexterity, gradient = _dexterity_gradient(np.ascontiguousarray(jacobian), _LEVERS)
         steepness = max(float(np.linalg.norm(gradient)), 1e-9)
-        acceleration += STRENGTH * (1.0 - dexterity / DEXTERITY) * gradient / steepness
+        acceleration += STRENGTH * max(1.0 - dexterity / DEXTERITY, 0.0) * gradient / steepness
     return acceleration
 
 
@@ -53,6 +54,17 @@ def room_for(acceleration: Array, weight: Array) -> Array:
     free = np.eye(6) - weight / np.outer(_LEVERS, _LEVERS)
     share: Array = (free @ (free @ (_LEVERS * acceleration))) / _LEVERS
     return share
+
+
+@njit(cache=True)
+def _is_near_singular(jacobian: Array, levers: Array, least: float) -> bool:
+    """Whether the smallest singular value is below `least`: ``J J^T - least^2`` is not definite then."""
+    square = -(least**2) * np.eye(6)
+    for i in range(6):
+        for j in range(i + 1):
+            for k in range(jacobian.shape[1]):
+                square[i, j] += levers[i] * jacobian[i, k] * levers[j] * jacobian[j, k]
+    return not factorize(square)
 
 
 @njit(cache=True)

@@ -13,8 +13,10 @@ horizontal force of more than a few newtons is felt somebody is there, and the e
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from pft_exec.geometry import Array
+from pft_exec.geometry.definite import factorize, substitute_back, substitute_forward
 from pft_exec.model import Arm, ArmDynamics
 
 GRAVITY = 9.81
@@ -72,20 +74,29 @@ class WeightEstimate:
             return self.mass
         begin, before, dynamics, missing = self._before
         period = time - begin
-        force = self._force(dynamics.jacobian, dynamics.mass_matrix @ ((v - before) / period) + missing)
+        force = _force(dynamics.jacobian, self._weights, dynamics.mass_matrix @ ((v - before) / period) + missing)
         self.force += min(1.0, period / FEELING_TIME) * (force - self.force)
         if np.hypot(self.force[0], self.force[1]) < HORIZONTAL:
             found = min(max(-self.force[2] / GRAVITY, BOUNDS[0]), BOUNDS[1])
             self.mass += period / TIME_CONSTANT * (found - self.mass)
         return self.mass
 
-    def _force(self, jacobian: Array, residual: Array) -> Array:
-        """Force (3,), N, of the wrench at the tool that explains a joint torque (n,), N m, best."""
-        weighted = jacobian * self._weights
-        square = np.asarray(weighted @ jacobian.T, dtype=float)
-        square += np.diag(1e-4 * np.diag(square) + 1e-9)
-        force: Array = np.linalg.solve(square, weighted @ residual)[:3]
-        return force
+
+@njit(cache=True)
+def _force(jacobian: Array, weights: Array, residual: Array) -> Array:
+    """Force (3,), N, of the wrench at the tool that explains a joint torque (n,), N m, best."""
+    square, wrench = np.zeros((6, 6)), np.zeros(6)
+    for i in range(6):
+        for k in range(len(residual)):
+            weighted = jacobian[i, k] * weights[k]
+            wrench[i] += weighted * residual[k]
+            for j in range(i + 1):
+                square[i, j] += weighted * jacobian[j, k]
+        square[i, i] += 1e-4 * square[i, i] + 1e-9
+    factorize(square)
+    substitute_forward(square, wrench)
+    substitute_back(square, wrench)
+    return wrench[:3]
 
 
 def weight_torque(mass: float, jacobian: Array) -> Array:

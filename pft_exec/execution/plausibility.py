@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from pft_exec.geometry import Array
@@ -68,9 +69,14 @@ class StateGuard:
         """The state to believe, (n,), (n,), rad, rad/s, after a reading."""
         if self._believed is None:
             return self._begin(q, v)
+        believed, speed = self._believed
+        if self.doubt == 0.0 and self._reading is not None:
+            bounds = self._period, self._tolerance, FASTEST * self._limits.velocity
+            if _is_ordinary(q, v, *self._believed, *self._reading, *bounds):
+                self._reading = self._believed = q, v
+                return self._believed
         stale = self._is_repeated(q, v)
         self._reading = q, v
-        believed, speed = self._believed
         fast = ~(np.abs(v) <= FASTEST * self._limits.velocity)  # NaN is too fast
         rate = np.where(fast, self._fading * speed, v)
         expected = believed + 0.5 * self._period * (speed + rate)
@@ -141,3 +147,27 @@ class StateGuard:
         if wrong[joint] and np.isfinite(step[joint]):
             return f"the encoder of joint {joint + 1} jumped by {step[joint]:.3f} rad"
         return f"the encoder of joint {joint + 1} reports no number that could be"
+
+
+@njit(cache=True)
+def _is_ordinary(
+    q: Array,
+    v: Array,
+    believed: Array,
+    speed: Array,
+    last_q: Array,
+    last_v: Array,
+    period: float,
+    room: float,
+    fast: Array,
+) -> bool:
+    """Whether a reading is as expected in every joint, and not the last one of a moving arm over again."""
+    is_moving, is_other = False, False
+    for k in range(len(q)):
+        if not abs(v[k]) <= fast[k]:
+            return False
+        if not abs(q[k] - (believed[k] + 0.5 * period * (speed[k] + v[k]))) <= room:
+            return False
+        is_moving |= abs(v[k]) > STILL
+        is_other |= q[k] != last_q[k] or v[k] != last_v[k]
+    return is_other or not is_moving

@@ -15,9 +15,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from pft_exec.exceptions import ControlError
 from pft_exec.geometry import Array
+from pft_exec.geometry.definite import factorize, substitute_back, substitute_forward
 from pft_exec.model import Arm, ArmDynamics
 
 BANDWIDTH = 220.0
@@ -112,9 +114,29 @@ class ForceObserver:
 
 def tool_wrench(dynamics: ArmDynamics, torque: Array) -> Array:
     """Wrench (6,) at the tool, N and N m, base frame, that explains joint torques (n,) best."""
-    mobility = np.linalg.solve(dynamics.mass_matrix, dynamics.jacobian.T)
-    damped = dynamics.jacobian @ mobility + 1e-9 * np.eye(6)
-    wrench: Array = np.linalg.solve(damped, mobility.T @ torque).astype(float)
+    return _wrench(dynamics.mass_matrix, dynamics.jacobian, torque)
+
+
+@njit(cache=True)
+def _wrench(mass_matrix: Array, jacobian: Array, torque: Array) -> Array:
+    """Solve ``(J M^-1 J^T + eps) F = J M^-1 r`` for F (6,)."""
+    factor = mass_matrix.copy()
+    factorize(factor)
+    rest = torque.copy()
+    substitute_forward(factor, rest)
+    rows = np.empty((6, len(rest)))  # L^-1 J^T, transposed
+    for i in range(6):
+        rows[i] = jacobian[i]
+        substitute_forward(factor, rows[i])
+    square, wrench = 1e-9 * np.eye(6), np.zeros(6)
+    for i in range(6):
+        for k in range(len(rest)):
+            wrench[i] += rows[i, k] * rest[k]
+            for j in range(i + 1):
+                square[i, j] += rows[i, k] * rows[j, k]
+    factorize(square)
+    substitute_forward(square, wrench)
+    substitute_back(square, wrench)
     return wrench
 
 
