@@ -23,6 +23,7 @@ from pft_exec.execution.log import ExecutionLog, Stage
 from pft_exec.execution.person import Answer, Person, TakeBackPlan
 from pft_exec.execution.pursuit import Outcome
 from pft_exec.execution.stopping import stop
+from pft_exec.execution.surroundings import Surroundings
 from pft_exec.execution.takeover import Takeover, plan_takeover
 from pft_exec.execution.watch import pursue
 from pft_exec.execution.yielding import CALM, Calm, Yielding
@@ -57,6 +58,7 @@ def assist(
     method: str = "phase",
     softness: float = SOFTNESS,
     solver: str = "daqp",
+    avoid: Sequence[str] = (),
     observer: Observer | None = None,
 ) -> ExecutionLog:
     """Let the synthetic hand begin a motion in the world's present scene; recognize it, take over, finish it.
@@ -93,6 +95,8 @@ def assist(
         See `pft_exec.control.compute_compliance`.
     solver : str
         Of the quadratic program.
+    avoid : sequence of str
+        Objects and furniture of the task to keep off while the robot has the arm; as in `execute`.
     observer : callable or None
         Called with the world after every control period.
 
@@ -110,10 +114,14 @@ def assist(
         If the pace is not positive.
     UnreachableError
         Before anything moves, if the arm cannot make the motion in this scene.
+    MissingObjectError
+        If the task has no object that is to be avoided.
     """
     if not pace > 0.0:
         raise ControlError(f"pace must be positive; got {pace}.")
     loop = ControlLoop(world, arm, pushes, observer, faults)
+    if avoid:
+        loop.surroundings = Surroundings(world, loop.name, avoid)
     person = Person(loop, label, world.seed if seed is None else seed, answer=answer, fade=let_go, plans=take_backs)
     candidates = Candidates(loop, library, world.scene, world.tool(loop.name), softness)
     companion = Companion(loop, candidates, person.answer, settings=settings, method=method, pace=pace)
