@@ -14,6 +14,7 @@ from pft_exec.learning.smoothing import smoothed
 
 PRIOR_DEGREES = 4.0  # weight of the prior, in demonstrations
 WINDOW = 0.05  # of the motion, over which the variance profile is averaged
+GROWTH = (0.5, 2.0)  # bounds of the variance in a new scene, in units of the demonstrated one
 POOLED = 0.25  # share of the level of the whole motion in the profile (geometric): one step tells little
 
 
@@ -42,3 +43,25 @@ def residual_covariance(residual: Array, floor: float, turn_floor: float) -> Arr
     degrees = count + PRIOR_DEGREES
     covariance: Array = shrunk * degrees / (degrees - 2.0) + np.diag(least**2)
     return covariance
+
+
+def carried_covariance(covariance: Array, residual: Array, carried: Array, floor: float) -> Array:
+    """The covariance in another scene, where the residuals of the positions are others.
+
+    Parameters
+    ----------
+    covariance : (N, 3, 3) or (N, 6, 6), m^2, rad^2
+    residual, carried : (K, N, 3), m
+        In the demonstrated scenes, and as they would be in the other one.
+    floor : float
+        Standard deviation below which places count as equal, m.
+
+    Notes
+    -----
+    Scaled, not estimated anew: a handful of residuals says how the scatter grows better than how it is turned.
+    """
+    width = WINDOW * residual.shape[1]
+    before, after = (smoothed(np.mean(np.sum(r**2, axis=2), axis=0), width) + floor**2 for r in (residual, carried))
+    deviation = np.ones(covariance.shape[:2])
+    deviation[:, :3] = np.sqrt(np.clip(after / before, *GROWTH))[:, None]
+    return covariance * deviation[:, :, None] * deviation[:, None, :]

@@ -19,7 +19,7 @@ from pft_exec.learning.alignment import STEPS, AlignedSet, moving_parts, sample_
 from pft_exec.learning.averaging import average
 from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict
 from pft_exec.learning.carrying import carried_objects
-from pft_exec.learning.covariance import residual_covariance
+from pft_exec.learning.covariance import carried_covariance, residual_covariance
 from pft_exec.learning.endpoint import (
     Endpoint,
     Poses,
@@ -244,28 +244,28 @@ def generalize(
     warn_of_conflict(label, "end", motion.experts.end, poses)
     prediction = predict(motion.experts, poses, leave_out=False)
     blend = blend_experts(motion.experts, poses, prediction, motion.weights, leave_out=False)
-    signals = motion.signals
+    signals, residual = motion.signals, motion.residual[..., :3]
     time = motion.pacing.carried(motion.aligned.time, blend.position[0])
+    carried = motion.pacing.bowed(residual, blend.position[0])
     return FlowTube(
         label,
         time.mean(axis=0),
         blend.position[0],
         None if blend.turn is None else blend.turn[0],
-        motion.covariance,
+        carried_covariance(motion.covariance, residual, carried, motion.start.floor),
         motion.time_deviation,
         signals.continuous,
         signals.continuous_deviation,
         signals.discrete,
         signals.discrete_values,
         len(time),
-        _carried(motion, blend, time),
+        _carried(motion, blend, carried, time),
     )
 
 
-def _carried(motion: RobustMotion, blend: Prediction, time: Array) -> AlignedDemonstrations:
+def _carried(motion: RobustMotion, blend: Prediction, residual: Array, time: Array) -> AlignedDemonstrations:
     """The demonstrations in this scene: the tube, and what each left beside its own prediction."""
     turn = None
     if blend.turn is not None:
         turn = turn_by(blend.turn, motion.residual[..., 3:])
-    left = motion.pacing.bowed(motion.residual[..., :3], blend.position[0])
-    return AlignedDemonstrations(blend.position + left, turn, time)
+    return AlignedDemonstrations(blend.position + residual, turn, time)
