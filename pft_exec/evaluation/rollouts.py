@@ -1,15 +1,16 @@
 """Rollouts with random faults: one short run each, all of it drawn from one seed, and what became of it.
 
 Two robots stand free, without a table in the way; a library learned from synthetic people gives short tubes. A rollout
-draws robot, posture, motion, how wrong the model is, and one or two faults, and runs. What is judged is the plant: its
+draws robot, posture, motion, how wrong the model is, and one or two faults, and runs; in every fourth a hand leads in a
+task, and samples, camera and recognizer have faults too. What is judged is the plant: its
 joints as they are, not as the encoders say.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -17,11 +18,17 @@ import numpy as np
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.demonstration.synthetic import human_path
 from pft_exec.description import load_task, random_stream
+from pft_exec.evaluation.assisted_rollouts import DURATION as ASSISTED_DURATION
+from pft_exec.evaluation.assisted_rollouts import KINDS as ASSISTED_KINDS
+from pft_exec.evaluation.assisted_rollouts import TASKS, run_assisted
+from pft_exec.evaluation.witness import TOLERANCE, Witness
+from pft_exec.exceptions import UnreachableError
 from pft_exec.execution import ExecutionLog, execute
+from pft_exec.execution.control_loop import Observer
 from pft_exec.execution.faults import Fault, draw_fault
 from pft_exec.geometry import Pose
 from pft_exec.learning import MotionLibrary, learn_library
-from pft_exec.model import Arm
+from pft_exec.model import Arm, load_robot
 from pft_exec.simulation import ORDINARY, Mismatch, World
 
 ROBOTS = {"pr2": "right", "wam": "arm"}
@@ -43,11 +50,9 @@ KINDS = (
     "saturation",
     "beyond_reach",
 )
-"""Faults of these rollouts; those of the recognizer's stream need a hand that leads."""
-TOLERANCE = 1e-6
-"""rad by which rounding may pass a joint's hard limit, and share by which it may pass a torque limit."""
-SPEEDING = 0.01
-"""Share by which a joint may pass its velocity limit: what a period's unforeseen push adds before it is braked."""
+"""Faults of rollouts in which nobody leads; those of the recognizer's stream need a hand."""
+ASSISTED = 4
+"""One rollout in so many is assisted: a hand leads, and the recognizer's stream has faults too."""
 LEAST_STRENGTH = {"pr2": 0.05, "wam": 0.4}
 """Share of their torque that weak motors keep at least: with less they cannot hold the arm's own weight."""
 _STRIDE = np.array([0.12, 0.12, 0.1])
@@ -76,6 +81,8 @@ class Plan:
         Added to the arm's posture for teaching.
     mismatch : Mismatch
     faults : tuple of Fault
+    task : str
+        In which a hand leads; empty where nobody does.
     """
 
     seed: int
@@ -84,6 +91,7 @@ class Plan:
     posture: tuple[float, ...]
     mismatch: Mismatch
     faults: tuple[Fault, ...]
+    task: str = ""
 
 
 @dataclass(frozen=True)
@@ -109,6 +117,10 @@ class Rollout:
     duration : float, s
     end_error : float, m
         Between the tool and the tube's end; NaN where it did not finish.
+    driven : float
+        Largest share of a velocity limit by the controller's own doing: a push may pass it, see `Witness`.
+    task : str
+        In which a hand led; empty where nobody did.
     """
 
     seed: int
@@ -123,13 +135,15 @@ class Rollout:
     is_finite: bool
     duration: float
     end_error: float
+    driven: float = 0.0
+    task: str = ""
 
     @property
     def broken_rules(self) -> tuple[str, ...]:
         """What must never happen and did: torque, velocity, position, finite, exception, reason."""
         rules = {
             "torque": self.torque > 1.0 + TOLERANCE,
-            "velocity": self.velocity > 1.0 + SPEEDING,
+            "velocity": self.driven > 1.0 + TOLERANCE,
             "position": self.beyond > TOLERANCE,
             "finite": not self.is_finite,
             "exception": self.ending == "exception",
@@ -142,22 +156,33 @@ class Rollout:
         return {**asdict(self), "broken_rules": list(self.broken_rules)}
 
 
+NOTHING = Rollout(0, "", ("none",), "refused", "", "nowhere", 0.0, 0.0, -np.inf, True, 0.0, np.nan)
+"""A rollout that could not begin."""
+
+
 def draw_plan(seed: int) -> Plan:
     """Draw all of a rollout from its seed."""
     rng = random_stream(seed, "fault", "rollout")
     robot = str(rng.choice(sorted(ROBOTS)))
     mismatch = replace(ORDINARY, seed=seed) if rng.random() < 0.3 else Mismatch(seed=seed)
-    count = 2 if rng.random() < 0.25 else 1
-    kinds = [str(rng.choice(KINDS)) for _ in range(count)]
-    faults = tuple(draw_fault(rng, DURATION, (kind,)) for kind in kinds if kind != "none")
+    task = str(rng.choice(TASKS[robot])) if seed % ASSISTED == ASSISTED - 1 else ""
+    faults = _draw_faults(rng, *((ASSISTED_KINDS, ASSISTED_DURATION) if task else (KINDS, DURATION)))
     return Plan(
         seed,
         robot,
-        str(rng.choice(LABELS)),
+        str(rng.choice(load_task(task).labels if task else LABELS)),
         tuple(rng.uniform(-0.15, 0.15, 7).tolist()),
         mismatch,
         tuple(_possible(fault, robot) for fault in faults),
+        task,
     )
+
+
+def _draw_faults(rng: np.random.Generator, kinds: tuple[str, ...], duration: float) -> list[Fault]:
+    """One fault or two of some kinds, within a duration, s."""
+    count = 2 if rng.random() < 0.25 else 1
+    drawn = [str(rng.choice(kinds)) for _ in range(count)]
+    return [draw_fault(rng, duration, (kind,)) for kind in drawn if kind != "none"]
 
 
 def _possible(fault: Fault, robot: str) -> Fault:
@@ -176,64 +201,59 @@ def roll_out(seed: int) -> Rollout:
 
 def run_plan(plan: Plan) -> tuple[Rollout, ExecutionLog | None]:
     """Run a plan; what became of it, and its log unless an exception came out of the loop."""
+    witnesses: list[Witness] = []
+
+    def witness(world: World) -> Observer:
+        name = world.arm_name()
+        witnesses.append(Witness(name, world.arm(name)))
+        return witnesses[-1].look
+
+    try:
+        log = _run(plan, witness)
+    except UnreachableError as error:
+        if witnesses:
+            return _judged(plan, witnesses[-1], None, f"{type(error).__name__}: {error}"), None
+        return replace(NOTHING, seed=plan.seed, robot=plan.robot, task=plan.task, reason=str(error)), None
+    except _UNEXPECTED as error:
+        seen = witnesses[-1] if witnesses else Witness("", load_robot(plan.robot).arm(ROBOTS[plan.robot]))
+        return _judged(plan, seen, None, f"{type(error).__name__}: {error}"), None
+    return _judged(plan, witnesses[-1], log), log
+
+
+def _run(plan: Plan, witness: Callable[[World], Observer]) -> ExecutionLog:
+    if plan.task:
+        return run_assisted(plan.robot, plan.task, plan.label, plan.seed, plan.mismatch, plan.faults, witness)
     arm_name = ROBOTS[plan.robot]
     with _opened(plan.robot, plan.mismatch) as world:
         arm = world.arm(arm_name)
         world.reset(configurations={arm_name: _resting(arm, plan.posture)})
         tube = _library(plan.robot)[plan.label].flow_tube(Scene(), world.tool(arm_name))
-        witness = _Witness(arm_name, arm)
-        try:
-            log = execute(world, tube, arm_name, faults=plan.faults, observer=witness.look)
-        except _UNEXPECTED as error:
-            return witness.judged(plan, None, f"{type(error).__name__}: {error}"), None
-        return witness.judged(plan, log), log
+        return execute(world, tube, arm_name, faults=plan.faults, observer=witness(world))
 
 
-@dataclass
-class _Witness:
-    """Sees the plant as it is, period by period."""
-
-    name: str
-    arm: Arm
-    torque: float = 0.0
-    velocity: float = 0.0
-    beyond: float = -np.inf
-    is_finite: bool = True
-    _limits: tuple[np.ndarray, ...] = field(init=False, repr=False)
-
-    def __post_init__(self) -> None:
-        limits = self.arm.limits
-        self._limits = limits.hard_lower, limits.hard_upper, limits.velocity, limits.torque
-
-    def look(self, world: World) -> None:
-        lower, upper, velocity, torque = self._limits
-        (q, v), tau = world.true_state(self.name), world.torque(self.name)
-        self.torque = max(self.torque, float(np.max(np.abs(tau) / torque)))
-        self.velocity = max(self.velocity, float(np.max(np.abs(v) / velocity)))
-        self.beyond = max(self.beyond, float(np.max(np.maximum(lower - q, q - upper))))
-        self.is_finite &= bool(np.isfinite([*q, *v, *tau]).all())
-
-    def judged(self, plan: Plan, log: ExecutionLog | None, error: str = "") -> Rollout:
-        finite = self.is_finite and (log is None or _is_finite(log))
-        return Rollout(
-            seed=plan.seed,
-            robot=plan.robot,
-            faults=tuple(sorted({fault.kind for fault in plan.faults})) or ("none",),
-            ending="exception" if log is None else _ending(log),
-            reason=error if log is None else _reason(log),
-            went="nowhere" if log is None else _went(log),
-            torque=self.torque,
-            velocity=self.velocity,
-            beyond=self.beyond,
-            is_finite=finite,
-            duration=0.0 if log is None else float(log.time[-1]),
-            end_error=np.nan if log is None else log.details.get("end_position_error", np.nan),
-        )
+def _judged(plan: Plan, witness: Witness, log: ExecutionLog | None, error: str = "") -> Rollout:
+    finite = witness.is_finite and (log is None or _is_finite(log))
+    return Rollout(
+        seed=plan.seed,
+        robot=plan.robot,
+        faults=tuple(sorted({fault.kind for fault in plan.faults})) or ("none",),
+        ending="exception" if log is None else _ending(log),
+        reason=error if log is None else _reason(log),
+        went="nowhere" if log is None else _went(log),
+        torque=witness.torque,
+        velocity=witness.velocity,
+        beyond=witness.beyond,
+        is_finite=finite,
+        duration=0.0 if log is None else float(log.time[-1]),
+        end_error=np.nan if log is None else log.details.get("end_position_error", np.nan),
+        driven=witness.driven,
+        task=plan.task,
+    )
 
 
 def _ending(log: ExecutionLog) -> str:
     if log.event("stop") is None:
-        return "finished"
+        return "finished" if log.label else "refused"
     return "stopped" if log.event("joined") or "join_time" in log.details else "refused"
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from pft_exec.evaluation.assisted_rollouts import KINDS as ASSISTED_KINDS
 from pft_exec.evaluation.benchmarks.faults import tables_of
 from pft_exec.evaluation.rollouts import KINDS, LEAST_STRENGTH, Plan, Rollout, draw_plan, run_plan
 from pft_exec.execution.faults import Fault
@@ -23,7 +24,8 @@ def test_a_seed_alone_draws_a_rollout() -> None:
     plans = [draw_plan(seed) for seed in range(300)]
     assert plans == [draw_plan(seed) for seed in range(300)]
     assert {plan.robot for plan in plans} == {"pr2", "wam"}
-    assert {fault.kind for plan in plans for fault in plan.faults} == set(KINDS) - {"none"}
+    assert {fault.kind for plan in plans for fault in plan.faults if not plan.task} == set(KINDS) - {"none"}
+    assert {fault.kind for plan in plans for fault in plan.faults if plan.task} == set(ASSISTED_KINDS) - {"none"}
     weak = [(plan.robot, fault.size) for plan in plans for fault in plan.faults if fault.kind == "saturation"]
     assert all(size >= LEAST_STRENGTH[robot] for robot, size in weak)
 
@@ -32,7 +34,7 @@ def test_a_seed_alone_draws_a_rollout() -> None:
     ("changes", "rule"),
     [
         ({"torque": 1.001}, "torque"),
-        ({"velocity": 1.02}, "velocity"),
+        ({"driven": 1.02}, "velocity"),
         ({"beyond": 0.001}, "position"),
         ({"is_finite": False}, "finite"),
         ({"ending": "exception"}, "exception"),

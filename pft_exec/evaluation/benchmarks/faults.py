@@ -72,7 +72,8 @@ def _row(kind: str, rollouts: list[Rollout]) -> dict[str, Any]:
         "stopped": endings["stopped"],
         "did not begin": endings["refused"],
         "worst torque share": max((rollout.torque for rollout in rollouts), default=0.0),
-        "worst velocity share": max((rollout.velocity for rollout in rollouts), default=0.0),
+        "worst velocity share, pushes too": max((rollout.velocity for rollout in rollouts), default=0.0),
+        "by the controller": max((rollout.driven for rollout in rollouts), default=0.0),
         "nearest limit rad": -max((rollout.beyond for rollout in rollouts), default=0.0),
         "end error mm (median)": float(np.median(errors)) if errors else float("nan"),
     }
