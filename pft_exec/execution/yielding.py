@@ -15,12 +15,10 @@ from pft_exec.execution.log import Stage
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 
-FADE = 0.006
-"""s, at least, over which a joint's pull towards the tube goes out."""
-FADE_RATE = 420.0
-"""N m/s with which a joint's pull towards the tube goes out where it would take longer."""
+FADE_RATE = 460.0
+"""N m/s by which a joint's torque changes at most, beside that of gravity, as long as no joint turns too fast."""
 FREE = 0.5
-"""N m; with less left of the pull in every joint the arm is free."""
+"""N m; with less left of what pulled towards the tube in every joint, the arm is free."""
 EASE_TIME = 0.08
 """s over which what helps a hand, and what slows the arm down, comes in where a friction feed-forward goes out."""
 BRAKE_SHARE = 0.4
@@ -31,8 +29,10 @@ SETTLE_TIME = 0.3
 """s; time constant with which an arm comes to rest that was taken back and let go of: a push does not fling it."""
 RACING_SHARE = 0.5
 """Share of each joint's velocity limit from which it is braked the more firmly, the faster it turns."""
-FIRM_RATES = (100.0, 500.0)
+FIRM_RATES = (50.0, 500.0)
 """1/s; rates at which that excess is taken away, at `RACING_SHARE` and at the velocity limit itself."""
+HURRY = (0.78, 0.95, 10.0)
+"""Shares of each joint's velocity limit between which its torque may change faster, and how much: felt or not."""
 STABLE_SHARE = 0.5
 """Share of it that is taken away in a control period at most."""
 CALM = (8.0, 0.05)
@@ -46,8 +46,8 @@ LONGEST = 10.0
 class Yielding:
     """Let an arm float under a person's hand.
 
-    A command before is taken apart: what pulled towards the tube goes out as fast as a hand does not feel it, joint for
-    joint; the feed-forward of friction, which pulls nowhere, goes out more slowly, as what helps a hand comes in.
+    The torque goes from that of a command before to that of floating as fast as a hand does not feel it, joint for
+    joint. The feed-forward of friction, which pulls nowhere, goes out more slowly, as what helps a hand comes in.
 
     Parameters
     ----------
@@ -62,7 +62,8 @@ class Yielding:
         zero = np.zeros(len(arm.joint_names))
         self._before: Command | None = None
         self._eased, self._eased_since = zero, -np.inf
-        self._pull, self._rate = zero, zero
+        self._last: Array | None = None
+        self._left = zero
         self._settling = 0.0
         self.brake = zero
         """(n,), N m: what the last torque held against motion, beside what helps a hand; fades out at a take-over."""
@@ -76,7 +77,7 @@ class Yielding:
     @property
     def is_free(self) -> bool:
         """Whether next to nothing is left of what pulled towards the tube, less than `FREE` in every joint."""
-        return self._before is None and bool(np.all(np.abs(self._pull) < FREE))
+        return self._before is None and bool(np.all(np.abs(self._left) < FREE))
 
     def update(self, time: float, q: Array, v: Array) -> Command:
         """Torque for one control period; never raises.
@@ -90,23 +91,26 @@ class Yielding:
         command = self._floating.update(time, q, v)
         q = command.configuration
         gravity = self.arm.gravity(q) - self.arm.counterbalance(q)
+        if self._before is not None:
+            self._eased = friction_torque(self.arm.friction, self._before.velocity)
+            self._last, self._before = self._before.torque - gravity, None
         share = float(np.clip((time - self._eased_since + self._period) / EASE_TIME, 0.0, 1.0))
         self.brake = share * self._brake(q, v) + self._firm_brake(q, v)
-        if self._before is not None:
-            self._take_apart(self._before, gravity)
-        helping = command.torque - gravity
-        eased = share * helping + (1.0 - share) * self._eased
-        self._pull = np.sign(self._pull) * np.maximum(np.abs(self._pull) - self._rate * self._period, 0.0)
-        torque = gravity + eased - self.brake + self._pull
+        wanted = share * (command.torque - gravity) + (1.0 - share) * self._eased - self.brake
+        torque = gravity + self._approach(wanted, v)
         limit = self.arm.limits.torque
         return replace(command, torque=np.minimum(np.maximum(torque, -limit), limit))
 
-    def _take_apart(self, before: Command, gravity: Array) -> None:
-        """The last command as gravity, friction feed-forward, and the rest: the pull towards the tube."""
-        self._eased = friction_torque(self.arm.friction, before.velocity)
-        self._pull = before.torque - gravity - self._eased
-        self._rate = np.minimum(np.abs(self._pull) / FADE, FADE_RATE)
-        self._before = None
+    def _approach(self, wanted: Array, v: Array) -> Array:
+        """Torque (n,), N m, beside gravity: towards what is wanted, at a rate that no hand feels."""
+        if self._last is None:
+            self._last = wanted
+        hurry = np.clip((np.abs(v) / self.arm.limits.velocity - HURRY[0]) / (HURRY[1] - HURRY[0]), 0.0, 1.0)
+        step = FADE_RATE * self._period * (1.0 + (HURRY[2] - 1.0) * hurry)
+        self._last = self._last + np.clip(wanted - self._last, -step, step)
+        self._left = wanted - self._last
+        given: Array = self._last
+        return given
 
     def _brake(self, q: Array, v: Array) -> Array:
         """Torque (n,), N m, against motion after a take-back, and against joints that turn fast."""

@@ -23,7 +23,7 @@ PERIOD = 0.001
 """s; control period and physics step."""
 _SETTLED = 0.05  # s after the join that are still looked at
 _FADES = (0.0, 0.15, 0.3)  # s
-_TAKEN = ("felt ms, median", "free ms, median", "free ms, longest", "torque step N m, largest")
+_TAKEN = ("felt ms, median", "free ms, median", "free ms, longest", "torque step N m, largest", "beyond the push")
 _HAND = 8.0  # N of a hand that lets go
 _MISMATCHES = {
     "perfect": Mismatch(),
@@ -232,17 +232,21 @@ def _take_back_row(
     rng, seen = np.random.default_rng([seed, 37]), []
     for number in range(PUSHES):
         seen.append(_push(arm, starts[number % len(starts)], force * _direction(rng), mismatch, seed + number))
-    taken = np.array([row for row in seen if row is not None]).reshape(-1, 3)
+    taken = np.array([row for row in seen if row is not None]).reshape(-1, 4)
     row: dict[str, Any] = {"push": name, "taken back %": 100.0 * len(taken) / PUSHES}
     if not len(taken):
         return row | dict.fromkeys(_TAKEN, "-")
     felt, free = 1e3 * taken[:, 0], 1e3 * taken[:, 1]
-    figures = (np.median(felt), np.median(free), free.max(), taken[:, 2].max())
+    figures = (np.median(felt), np.median(free), free.max(), taken[:, 2].max(), taken[:, 3].max())
     return row | {column: float(figure) for column, figure in zip(_TAKEN, figures, strict=True)}
 
 
-def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -> tuple[float, float, float] | None:
-    """Times from the push to the take-back and to floating, s, and the largest torque step then; None: not felt."""
+def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -> tuple[float, ...] | None:
+    """Times from the push to the take-back and to floating, s, and the largest torque step then; None: not felt.
+
+    The step, N m, is that of any joint's torque from one period to the next: by itself, and by how much it is more than
+    the push has put on that joint. Floating means less than 0.5 N m left in every joint of what pulled to the tube.
+    """
     from pft_exec.execution.yielding import Yielding
 
     on_tube = start.target.at(0.0)
@@ -250,7 +254,7 @@ def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -
     plant.v = np.array(on_tube.velocity)
     controller.follow(start.target.at, start.place.compliance, 0.0, blend=False)
     observer, take_back, yielding = ForceObserver(arm, PERIOD), TakeBack(), Yielding(arm, PERIOD)
-    begin, step = 0.3, 0.0
+    begin, step, beyond = 0.3, 0.0, 0.0
     felt: float | None = None
     command: Command | None = None
     for k in range(600):
@@ -262,8 +266,10 @@ def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -
         before = command
         command = controller.update(now, q, v) if felt is None else yielding.update(now, q, v)
         if felt is not None and before is not None:
-            step = max(step, float(np.abs(command.torque - before.torque).max()))
-            if yielding.is_free(now):
-                return felt - begin, now - begin, step
+            change = np.abs(command.torque - before.torque)
+            step = max(step, float(change.max()))
+            beyond = max(beyond, float((change - np.abs(arm.jacobian(q)[:3].T @ force)).max()))
+            if yielding.is_free:
+                return felt - begin, now - begin, step, beyond
         plant.act(command.torque, force if begin <= now < begin + 0.2 else 0.0 * force, 1)
     return None
