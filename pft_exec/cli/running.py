@@ -31,7 +31,7 @@ from pft_exec.cli.options import (
 from pft_exec.cli.terminal import print_tables, progress
 
 if TYPE_CHECKING:
-    from pft_exec.execution import ExecutionLog
+    from pft_exec.execution import ExecutionLog, TakeBackPlan
     from pft_exec.learning import MotionLibrary
     from pft_exec.recognition import Belief
     from pft_exec.simulation import World
@@ -81,6 +81,11 @@ def assist(
     mirror: Mirror = False,
     grasp: Grasp = "friction",
     ask: Annotated[bool, typer.Option("--ask", help="Ask you, not the hand, where two motions are close.")] = False,
+    take_back: Annotated[
+        list[str] | None,
+        typer.Option(help="The hand takes the arm back for a motion, at a place from 0 to 1: reach@0.4. Repeatable."),
+    ] = None,
+    let_go: Annotated[float, typer.Option(help="s over which the hand's force fades at a take-over.", min=0.0)] = 0.15,
     pace: Pace = 1.0,
     softness: Softness = 0.1,
     solver: Solver = "daqp",
@@ -93,12 +98,36 @@ def assist(
     """A hand begins a motion; the robot recognizes it, takes over and finishes it."""
     from pft_exec import assist as assist_hand
 
-    answer = _ask if ask else None
+    answer, plans = _ask if ask else None, [_take_back_plan(text) for text in take_back or ()]
     with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui, grasp, bar=not ask) as (world, known):
         run = assist_hand(
-            world, known, motion, arm, seed=seed, answer=answer, pace=pace, softness=softness, solver=solver
+            world,
+            known,
+            motion,
+            arm,
+            seed=seed,
+            answer=answer,
+            take_backs=plans,
+            let_go=let_go,
+            pace=pace,
+            softness=softness,
+            solver=solver,
         )
     _report_run(run, log, plot, as_json)
+
+
+def _take_back_plan(text: str) -> TakeBackPlan:
+    """``reach@0.4``: taken back for "reach" once the robot is at 0.4 of its motion."""
+    from pft_exec.execution import TakeBackPlan
+
+    label, _, place = text.partition("@")
+    try:
+        phase = float(place)
+    except ValueError as error:
+        raise typer.BadParameter(f"say which motion and at which place, such as reach@0.4; got {text!r}.") from error
+    if not (label and 0.0 <= phase <= 1.0):
+        raise typer.BadParameter(f"a motion, and a place between 0 and 1, such as reach@0.4; got {text!r}.")
+    return TakeBackPlan(label, phase=phase)
 
 
 def _ask(labels: tuple[str, ...], belief: Belief) -> str | None:
