@@ -132,7 +132,10 @@ def test_a_placement_that_only_the_other_arm_reaches_is_refused_with_the_distanc
 ) -> None:
     prepare(shared_world, "put_on_table", seed=3)
     scene = shared_world.scene
-    prepare(shared_world, "put_on_table", "left", scene=scene)
+    start = prepare(shared_world, "put_on_table", "left", seed=3).start
+    with pytest.raises(UnreachableError, match=r"nearest placement .* mat at \("):
+        prepare(shared_world, "put_on_table", "left", scene=scene)
+    prepare(shared_world, "put_on_table", "left", scene=scene, start=start)
     before = shared_world.time
     with pytest.raises(UnreachableError, match=r"'put_on_table' would leave the workspace .* by \d+ mm"):
         assist(shared_world, library.mirrored(shared_world.base), "put_on_table", "left")

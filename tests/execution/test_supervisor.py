@@ -18,6 +18,7 @@ from pft_exec.execution.supervisor import (
     FAR,
     FLOOR,
     OFF_TIME,
+    QUIET_TIME,
     SATURATED_RATE,
     SafetySupervisor,
     tube_distance,
@@ -106,7 +107,7 @@ def test_pushed_off_it_waits_and_back_it_goes_on(run: Run) -> None:
     slower = run.judge(off(0.06, 0)).rate
     assert 0.0 < slower < 1.0
     assert run.judge(off(0.12, 0)).rate == 0.0
-    assert run.judge(off(0.0, 0)).rate == 1.0
+    assert run.judge_for(QUIET_TIME + 2 * PERIOD, off(0.0, 0)).rate == 1.0
     assert run.events == ["slow", "resume"]
 
 
