@@ -11,6 +11,7 @@ and the posture objective, small beside it, decides what the tool leaves open.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -65,4 +66,12 @@ def tool_objective(jacobian: Array, drift: Array, acceleration: Array, weight: A
 def posture_objective(acceleration: Array, weight: float = REGULARIZATION) -> Objective:
     """Cost of leaving joint accelerations (n,), rad/s^2, that follow the posture; makes the program strictly convex."""
     constant = 0.5 * weight * float(acceleration @ acceleration)
-    return Objective(weight * np.eye(len(acceleration)), -weight * acceleration, constant)
+    return Objective(_diagonal(len(acceleration), weight), -weight * acceleration, constant)
+
+
+@cache
+def _diagonal(size: int, value: float) -> Array:
+    """A multiple of the unit matrix, read-only."""
+    matrix: Array = value * np.eye(size)
+    matrix.flags.writeable = False
+    return matrix

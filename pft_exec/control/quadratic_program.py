@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -81,15 +82,22 @@ def _is_finite(H: Array, c: Array, G: Array) -> bool:
 
 def assemble(objective: Objective, bounds: tuple[Array, Array], constraints: Sequence[Constraint]) -> QuadraticProgram:
     """Put an objective, soft bounds (n,), (n,) on the variables, and constraints together."""
-    soft = [np.ones(len(bounds[0]), dtype=bool)] + [np.full(len(row.lower), row.soft) for row in constraints]
     return QuadraticProgram(
         objective.H,
         objective.c,
         np.concatenate([row.G for row in constraints]) if len(constraints) > 1 else constraints[0].G,
         np.concatenate([bounds[0], *(row.lower for row in constraints)]),
         np.concatenate([bounds[1], *(row.upper for row in constraints)]),
-        np.concatenate(soft),
+        _softness(len(bounds[0]), tuple((len(row.lower), row.soft) for row in constraints)),
     )
+
+
+@lru_cache
+def _softness(variables: int, rows: tuple[tuple[int, bool], ...]) -> NDArray[np.bool_]:
+    """Which bounds and rows are soft, read-only."""
+    soft = np.concatenate([np.ones(variables, dtype=bool), *(np.full(count, is_soft) for count, is_soft in rows)])
+    soft.flags.writeable = False
+    return soft
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,9 +39,7 @@ def secondary_acceleration(limits: JointLimits, q: Array, jacobian: Array) -> Ar
     q : (n,), rad
     jacobian : (6, n), linear then angular, base frame
     """
-    below = np.maximum(1.0 - (q - limits.lower) / MARGIN, 0.0)
-    above = np.maximum(1.0 - (limits.upper - q) / MARGIN, 0.0)
-    acceleration: Array = STRENGTH * (np.minimum(below, 1.0) ** 2 - np.minimum(above, 1.0) ** 2)
+    acceleration = _off_limits(q, limits.lower, limits.upper)
     if _is_near_singular(jacobian, _LEVERS, DEXTERITY):
         dexterity, gradient = _dexterity_gradient(np.ascontiguousarray(jacobian), _LEVERS)
         steepness = max(float(np.linalg.norm(gradient)), 1e-9)
@@ -54,6 +52,17 @@ def room_for(acceleration: Array, weight: Array) -> Array:
     free = np.eye(6) - weight / np.outer(_LEVERS, _LEVERS)
     share: Array = (free @ (free @ (_LEVERS * acceleration))) / _LEVERS
     return share
+
+
+@njit(cache=True)
+def _off_limits(q: Array, lower: Array, upper: Array) -> Array:
+    """Acceleration (n,), rad/s^2, away from the limits that are near."""
+    acceleration = np.empty(len(q))
+    for k in range(len(q)):
+        below = min(max(1.0 - (q[k] - lower[k]) / MARGIN, 0.0), 1.0)
+        above = min(max(1.0 - (upper[k] - q[k]) / MARGIN, 0.0), 1.0)
+        acceleration[k] = STRENGTH * (below**2 - above**2)
+    return acceleration
 
 
 @njit(cache=True)

@@ -146,8 +146,8 @@ class TrackingController:
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
             return self._stop(time, q, v, "measured state not finite")
         reference = self._reference(time - self._since)
-        tool = tool_target(self.arm, reference)
         dynamics = self.arm.dynamics(q, v)
+        tool = tool_target(self.arm, reference)
         known = self._known_load(time, reference, dynamics, q, v)
         load = known if self._weight is None else known + weight_torque(self._weight.update(time, v), dynamics.jacobian)
         error = tool.error(dynamics)
@@ -164,11 +164,12 @@ class TrackingController:
         if not (solution.found and np.isfinite(solution.x).all()):
             return self._stop(time, q, v, f"no solution: {solution.status}")
         torque = dynamics.mass_matrix @ solution.x + load
-        command = self._command(torque, solution, reference, tool, error)
-        self._remember(time, v, dynamics, known - command.torque)
         closeness = {} if near is None else _closeness(near, solution)
         costs = {name: objective.cost(solution.x) for name, objective in objectives.items()}
-        return replace(command, costs=costs, solve_time=solve_time, **closeness)
+        told = {"costs": costs, "solve_time": solve_time, **closeness}
+        command = self._command(torque, solution, reference, tool, error, told)
+        self._remember(time, v, dynamics, known - command.torque)
+        return command
 
     def _known_load(self, time: float, reference: JointReference, dynamics: ArmDynamics, q: Array, v: Array) -> Array:
         """What the motors must hold besides inertia, as far as the model knows, (n,), N m."""
@@ -228,6 +229,7 @@ class TrackingController:
         reference: JointReference,
         tool: ToolTarget,
         error: Array,
+        told: Mapping[str, Any],
     ) -> Command:
         limit, size = self.arm.limits.torque, len(torque)
         active = np.abs(solution.multipliers) > ACTIVE
@@ -246,6 +248,7 @@ class TrackingController:
             status=solution.status,
             fallback=False,
             iterations=solution.iterations,
+            **told,
         )
 
     def _stop(self, time: float, q: Array, v: Array, status: str) -> Command:

@@ -12,6 +12,8 @@ horizontal force of more than a few newtons is felt somebody is there, and the e
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -74,12 +76,23 @@ class WeightEstimate:
             return self.mass
         begin, before, dynamics, missing = self._before
         period = time - begin
-        force = _force(dynamics.jacobian, self._weights, dynamics.mass_matrix @ ((v - before) / period) + missing)
+        residual = _residual(dynamics.mass_matrix, (v - before) / period, missing)
+        force = _force(dynamics.jacobian, self._weights, residual)
         self.force += min(1.0, period / FEELING_TIME) * (force - self.force)
-        if np.hypot(self.force[0], self.force[1]) < HORIZONTAL:
+        if math.hypot(self.force[0], self.force[1]) < HORIZONTAL:
             found = min(max(-self.force[2] / GRAVITY, BOUNDS[0]), BOUNDS[1])
             self.mass += period / TIME_CONSTANT * (found - self.mass)
         return self.mass
+
+
+@njit(cache=True)
+def _residual(mass_matrix: Array, acceleration: Array, missing: Array) -> Array:
+    """Torque (n,), N m, that nothing known explains."""
+    residual = missing.copy()
+    for k in range(len(missing)):
+        for j in range(len(missing)):
+            residual[k] += mass_matrix[k, j] * acceleration[j]
+    return residual
 
 
 @njit(cache=True)

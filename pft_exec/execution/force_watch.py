@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pft_exec.control import Command
@@ -44,6 +46,7 @@ class ForceWatch:
         self.force: Array = np.zeros(3)
         """(3,), N: estimate at the tool, base frame."""
         self._threshold = threshold
+        self._share = 1.0 - math.exp(-loop.world.control_period / REST_TIME)
         self._mean = np.zeros(len(loop.arm.joint_names))
         self._mean_force, self._variance = np.zeros(3), 0.0
 
@@ -68,10 +71,11 @@ class ForceWatch:
             q = np.full_like(q, np.nan)  # what is only believed of the joints' motion says nothing of forces
         felt = self._observer.update(q, v, None if command is None else command.torque)
         self.force = felt.force
-        share = 1.0 - np.exp(-self.loop.world.control_period / REST_TIME)
+        share = self._share
         self._mean = self._mean + share * (felt.torque - self._mean)
         self._mean_force = self._mean_force + share * (felt.force - self._mean_force)
-        self._variance += share * (float(np.sum((felt.force - self._mean_force) ** 2)) - self._variance)
+        apart = felt.force - self._mean_force
+        self._variance += share * (float(apart @ apart) - self._variance)
 
     def beyond_friction(self, q: Array, v: Array) -> Array:
         """Force (3,), N, base frame, of the last moments that neither what is usual nor friction accounts for.

@@ -71,8 +71,9 @@ class StateGuard:
             return self._begin(q, v)
         believed, speed = self._believed
         if self.doubt == 0.0 and self._reading is not None:
-            bounds = self._period, self._tolerance, FASTEST * self._limits.velocity
-            if _is_ordinary(q, v, *self._believed, *self._reading, *bounds):
+            last_q, last_v = self._reading
+            fastest = FASTEST * self._limits.velocity
+            if _is_ordinary(q, v, believed, speed, last_q, last_v, self._period, self._tolerance, fastest):
                 self._reading = self._believed = q, v
                 return self._believed
         stale = self._is_repeated(q, v)

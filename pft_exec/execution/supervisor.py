@@ -114,11 +114,14 @@ class SafetySupervisor:
         if command.fallback:
             return GO_ON  # it has no reference to be away from
         self.distance = self._distance(command.phase, command.error)
-        rate = float(np.clip((FAR - self.distance) / (FAR - NEAR), 0.0, 1.0))
+        rate = min(max((FAR - self.distance) / (FAR - NEAR), 0.0), 1.0)
+        lasting = self._off.update(rate <= 0.0, self._period)
+        if rate >= 1.0:
+            return GO_ON
         reason = f"the tool is {self.distance:.1f} deviations from its tube"
-        if self._off.update(rate <= 0.0, self._period) > OFF_TIME:
+        if lasting > OFF_TIME:
             return Verdict(0.0, "stopped", f"{reason}, for longer than {OFF_TIME:g} s")
-        return Verdict(rate, None, reason) if rate < 1.0 else GO_ON
+        return Verdict(rate, None, reason)
 
     def _judge_torque(self, command: Command) -> Verdict:
         saturated = self._saturated.update(bool(command.torque_active.any()), self._period)

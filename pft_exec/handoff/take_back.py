@@ -93,23 +93,50 @@ class ForceObserver:
         torque : (n,), N m, or None
             Commanded in the control period that ends now; None where it is not known.
         """
-        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+        if not math.isfinite(q.sum() + v.sum()):
             self._before = None
             return self._estimate
         dynamics = self.arm.dynamics(q, v)
         if self._before is not None and torque is not None:
             before, speed, passive = self._before
-            unexplained = before.mass_matrix @ (v - speed) / self.control_period - passive - torque
-            self._residual = self._residual + self._share * (unexplained - self._residual)
-        self._before = dynamics, np.array(v), self.arm.counterbalance(q) - dynamics.bias - self._friction(v)
+            known = before.mass_matrix, speed, passive
+            self._residual = _residual(self._residual, self._share, *known, v, torque, self.control_period)
+        friction = self.arm.friction
+        passive = _passive(self.arm.counterbalance(q), dynamics.bias, friction.coulomb, friction.viscous, v)
+        self._before = dynamics, v.copy(), passive
         wrench = tool_wrench(dynamics, self._residual)
         self._estimate = ExternalForce(self._residual, wrench[:3], wrench[3:])
         return self._estimate
 
-    def _friction(self, v: Array) -> Array:
-        friction = self.arm.friction
-        torque: Array = friction.coulomb * np.tanh(v / _SMOOTHING_SPEED) + friction.viscous * v
-        return torque
+
+@njit(cache=True)
+def _passive(springs: Array, bias: Array, coulomb: Array, viscous: Array, v: Array) -> Array:
+    """Torque (n,), N m, of everything but the motors and what is outside."""
+    torque = np.empty(len(v))
+    for k in range(len(v)):
+        torque[k] = springs[k] - bias[k] - coulomb[k] * math.tanh(v[k] / _SMOOTHING_SPEED) - viscous[k] * v[k]
+    return torque
+
+
+@njit(cache=True)
+def _residual(
+    residual: Array,
+    share: float,
+    mass_matrix: Array,
+    speed: Array,
+    passive: Array,
+    v: Array,
+    torque: Array,
+    period: float,
+) -> Array:
+    """Residual (n,), N m, after a control period that began at a speed (n,) and ended at v (n,), rad/s."""
+    after = np.empty(len(v))
+    for k in range(len(v)):
+        inertial = 0.0
+        for j in range(len(v)):
+            inertial += mass_matrix[k, j] * (v[j] - speed[j])
+        after[k] = residual[k] + share * (inertial / period - passive[k] - torque[k] - residual[k])
+    return after
 
 
 def tool_wrench(dynamics: ArmDynamics, torque: Array) -> Array:

@@ -92,6 +92,7 @@ class Arm:
         self._tool = model.getFrameId(description.tool_frame)
         self._shape = (model.nv,)
         self._zero = np.zeros(model.nv)
+        self._latest: tuple[bytes, ArmDynamics] | None = None
 
     @property
     def name(self) -> str:
@@ -198,8 +199,14 @@ class Arm:
         return mass_matrix
 
     def dynamics(self, q: ArrayLike, v: ArrayLike) -> ArmDynamics:
-        """Compute all that a controller needs at one state, in one pass."""
+        """Compute all that a controller needs at one state, in one pass; asked again for that state, say it again."""
         q, v = self._checked(q), self._checked(v, "velocity v", "rad/s")
+        state = q.tobytes() + v.tobytes()
+        if self._latest is None or self._latest[0] != state:
+            self._latest = state, self._compute_dynamics(q, v)
+        return self._latest[1]
+
+    def _compute_dynamics(self, q: Array, v: Array) -> ArmDynamics:
         model, data = self._model, self._data
         mass_matrix = pinocchio.crba(model, data, q, pinocchio.Convention.WORLD)  # fills the Jacobians on the way
         bias = pinocchio.nonLinearEffects(model, data, q, v)

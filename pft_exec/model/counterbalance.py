@@ -38,6 +38,7 @@ class Counterbalance:
         self._is_frozen = np.zeros(len(joints), dtype=bool)
         self._posture = np.zeros(len(joints))
         self._is_absent = description is None
+        self._latest: tuple[bytes, Array] = b"", self._posture
         if description is not None:
             self._fraction[[joints.index(name) for name in description.joints]] = description.fraction
             for name, value in description.frozen.items():
@@ -48,6 +49,11 @@ class Counterbalance:
         """Spring torque (n,), N m, on the joints at configuration `q` (n,), rad."""
         if self._is_absent:
             return np.zeros_like(self._posture)
-        frozen = np.where(self._is_frozen, self._posture, q)
-        torque: Array = self._fraction * pinocchio.computeGeneralizedGravity(self._model, self._data, frozen)
-        return torque
+        posture = q.tobytes()
+        if posture != self._latest[0]:
+            frozen = np.where(self._is_frozen, self._posture, q)
+            self._latest = (
+                posture,
+                self._fraction * pinocchio.computeGeneralizedGravity(self._model, self._data, frozen),
+            )
+        return self._latest[1].copy()
