@@ -47,5 +47,6 @@ def test_a_strong_push_takes_back_in_time_and_a_weak_one_never(tables):
         if row["push"].startswith(("20 N", "40 N")):
             assert row["taken back %"] == 100.0
             assert row["free ms, longest"] <= 20.0
+            assert row["beyond the push"] <= 0.5
         else:
             assert row["taken back %"] == 0.0
