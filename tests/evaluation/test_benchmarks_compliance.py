@@ -7,6 +7,8 @@ import pytest
 from pft_exec.evaluation.benchmarks import compliance
 from pft_exec.evaluation.protocol import silent
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def tables():
