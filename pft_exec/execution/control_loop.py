@@ -139,10 +139,17 @@ class ControlLoop:
                 self.world.push(self.name, force, torque)
             self.world.step()
         if self.is_sample_due():
-            self.handling.update()
+            self._note_handling()
         if self._observer is not None:
             self._observer(self.world)
         self.injector.advance(self.time)
+
+    def _note_handling(self) -> None:
+        """See what the gripper holds; log what has left it, asked for or not."""
+        before = self.handling.held
+        self.handling.update()
+        if before is not None and self.handling.held is None:
+            self.log.event(self.time, "released", f"{before!r} has left the gripper")
 
     def _outside(self, pull: Pull | None) -> tuple[Array, Array]:
         """Force and torque at the tool from outside, (3,) each, N and N m, world frame."""
