@@ -32,6 +32,8 @@ def test_second_derivative_of_distances_is_that_of_finite_differences(arm, start
     """Along q(t) of constant acceleration; flat-sided bodies may only be more cautious than the truth."""
     generator = np.random.default_rng(seed)
     v, a = generator.normal(0.0, 0.7, 7), generator.normal(0.0, 2.0, 7)
+    arm = arm.with_payload(0.0)
+    arm.limits = replace(arm.limits, acceleration=np.full(7, 1e6))  # every row asks for what its distance needs
     avoidance = Avoidance(arm)
     avoidance.watch(around(arm, start), 0.0)
 
@@ -87,6 +89,18 @@ def test_a_body_that_comes_at_the_tool_is_given_way_to(arm, start, solid):
     last = commands[-1]
     assert any(name.endswith(" / it") for name in last.apart_active)
     assert np.linalg.norm(last.error[:3]) >= 0.03
+
+
+def test_no_row_asks_for_more_than_the_joints_may_accelerate(arm, start):
+    """An obstacle that appears inside the arm is left at the acceleration limits, not by a jump."""
+    avoidance = Avoidance(arm, self_collision=False)
+    avoidance.watch([Obstacle("it", Sphere(0.3), arm.forward(start))], 0.0)
+    near = avoidance.near(arm, start, np.zeros(7), 0.0)
+    reach = np.abs(near.constraint.G) @ arm.limits.acceleration
+    assert near.distance.min() < 0.0
+    assert (near.constraint.lower <= reach + 1e-9).all()
+    assert np.isclose(near.constraint.lower, reach).any()
+    assert not any("shoulder_pan" in near.bodies[i] for i, _ in near.pairs)
 
 
 def test_what_is_far_away_changes_nothing(arm, start):
