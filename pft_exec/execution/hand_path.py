@@ -124,18 +124,19 @@ def plan_hand_path(
     if grips and grips[-1][0] > rest_before + path.duration:
         rest_after += float(waypoints.rests[-1])
     model = world.arm(name)
+    joints = _checked_joints(world, label, model, path, resting_posture(model) if seed is None else seed)
+    return HandPath(label, name, path, rest_before, rest_after, waypoints.end, joints, grips)
+
+
+def _checked_joints(world: World, label: str, model: Arm, path: HumanPath, seed: ArrayLike) -> JointPath:
+    """The joints that go with a hand's path, searched from a seed (n,), rad; refused where the arm cannot follow."""
     time, positions, quaternions = path.sample(CHECK_PERIOD)
     back = world.base.inverse()
-    joints = follow_path(
-        model,
-        back.apply(positions),
-        multiply(back.quaternion, quaternions),
-        resting_posture(model) if seed is None else seed,
-    )
-    _check_workspace(task, label, positions)
-    _check_reach(label, name, time, positions, joints)
+    joints = follow_path(model, back.apply(positions), multiply(back.quaternion, quaternions), seed)
+    _check_workspace(world.task_for(model.name), label, positions)
+    _check_reach(label, model.name, time, positions, joints)
     _check_room(label, model, time, joints)
-    return HandPath(label, name, path, rest_before, rest_after, waypoints.end, joints, grips)
+    return joints
 
 
 def plan_hand_paths(

@@ -13,6 +13,7 @@ from pft_exec.exceptions import UnreachableError
 from pft_exec.execution import ControlLoop, execute, prepare, teach
 from pft_exec.execution.grasping import GRIPPER_CLOSED, GripperReplay, GripperWait, handles_objects
 from pft_exec.execution.hand_path import Hand, plan_hand_paths
+from pft_exec.execution.preparation import trade_places
 from pft_exec.execution.pursuit import Instant
 from pft_exec.geometry import Pose
 from pft_exec.learning import Motion, learn_motion
@@ -177,3 +178,28 @@ def test_a_held_object_may_be_put_anywhere_in_the_scene(table: World) -> None:
     scene = table.draw_scene(1, label="shake")
     setting = prepare(table, "shake", seed=1, scene=scene)
     assert np.linalg.norm(table.scene["bottle"].position - setting.start.position) < 0.05
+
+
+def test_a_substitute_is_where_the_taught_object_was_and_stands_on_the_same_table() -> None:
+    task = load_task("bottle")
+    setting = next(iter(draw_settings(task, "reach", 1, np.random.default_rng(0))))
+    traded = trade_places(task, "reach", setting, {"bottle": "can"})
+    for now, before in (("can", "bottle"), ("bottle", "can")):
+        assert traded.objects[now].position[:2] == pytest.approx(setting.objects[before].position[:2])
+        foot = traded.objects[now].position[2] - 0.5 * task.objects[now].shape.height
+        assert foot == pytest.approx(setting.objects[before].position[2] - 0.5 * task.objects[before].shape.height)
+    held = next(iter(draw_settings(task, "shake", 1, np.random.default_rng(0))))
+    assert trade_places(task, "shake", held, {"bottle": "can"}).objects["can"] == held.objects["bottle"]
+
+
+def test_a_substitute_is_held_where_the_motion_holds_something(table: World) -> None:
+    prepare(table, "shake", seed=0, substitute={"bottle": "can"})
+    assert table.held() == "can"
+
+
+def test_a_substitute_is_grasped_and_judged_in_place_of_what_was_taught(table: World) -> None:
+    motion, swap = _planned(table, "reach"), {"bottle": "can"}
+    prepare(table, "reach", seed=3, substitute=swap)
+    log = execute(table, motion.flow_tube(table.scene, table.tool(), swap), substitute=swap)
+    assert table.held() == "can"
+    assert log.success, log.reason
