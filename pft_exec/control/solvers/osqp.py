@@ -22,7 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import sparse
 
-from pft_exec.control.quadratic_program import QuadraticProgram, Solution
+from pft_exec.control.quadratic_program import SOFTNESS, QuadraticProgram, Solution
 from pft_exec.control.solvers.solver import checked, not_found
 from pft_exec.geometry import Array
 
@@ -31,8 +31,6 @@ TOLERANCE = 1e-6
 ITERATIONS = 4000
 FIRST_ITERATIONS = 200
 """As many are tried with soft rows held as hard ones."""
-SOFTNESS = 1e-4
-"""Of soft rows: a hundred times that of the exact solvers, or the slacks are too large beside the rest to converge."""
 _SPARE = 8  # rows are added in such steps, so that obstacles that come and go do not change the structure
 _INFINITE = 1e30  # OSQP's
 
