@@ -1,8 +1,8 @@
 r"""The time law: how fast the clock of a tube runs, so that a motion keeps its limits and ends at rest.
 
 The tube's own time :math:`\theta` runs at a constant rate, from where it is taken up, and comes to rest at the end of
-the tube along a smooth step :math:`\dot\theta = \rho\,(1 - 3x^2 + 2x^3)`, x from 0 to 1 over the stopping time. Rate
-and acceleration of the clock are continuous.
+the tube along a smooth step :math:`\dot\theta = \rho\,(1 - 3x^2 + 2x^3)`, x from 0 to 1 over the stopping time; from a
+standstill it comes up to the rate along the same step. Rate and acceleration of the clock are continuous.
 """
 
 from __future__ import annotations
@@ -22,12 +22,15 @@ class TimeLaw:
         Tube seconds per second; 1 is the taught speed.
     stopping : float, s
         Clock time of the smooth stop; shortened where less than half of it is left.
+    starting : float, s
+        Clock time of the smooth start; 0 where the motion is under way. Shortened where the stop leaves less room.
     """
 
     begin: float
     end: float
     rate: float = 1.0
     stopping: float = 0.1
+    starting: float = 0.0
 
     @property
     def _ramp(self) -> float:
@@ -35,9 +38,14 @@ class TimeLaw:
         return min(self.stopping, 2.0 * (self.end - self.begin) / self.rate)
 
     @property
+    def _onset(self) -> float:
+        """Clock time of the start, s: as the stop, it covers half of what the full rate would."""
+        return min(self.starting, 2.0 * (self.end - self.begin) / self.rate - self._ramp)
+
+    @property
     def duration(self) -> float:
         """Clock time until rest, s."""
-        return (self.end - self.begin) / self.rate + 0.5 * self._ramp
+        return (self.end - self.begin) / self.rate + 0.5 * (self._ramp + self._onset)
 
     def at(self, time: float) -> tuple[float, float, float]:
         """Tube time, s, its rate, and the rate's change, 1/s, at a clock time, s; at rest after the end."""
@@ -46,7 +54,15 @@ class TimeLaw:
         if left <= 0.0 or ramp <= 0.0:
             return self.end, 0.0, 0.0
         if left >= ramp:
-            return self.begin + self.rate * time, self.rate, 0.0
+            return self._before_the_stop(time)
         y = left / ramp  # 1 - x; the remaining tube time is the integral of rate (3 y^2 - 2 y^3)
         remaining = self.rate * ramp * (y**3 - 0.5 * y**4)
         return self.end - remaining, self.rate * (3.0 - 2.0 * y) * y**2, -self.rate * 6.0 * y * (1.0 - y) / ramp
+
+    def _before_the_stop(self, time: float) -> tuple[float, float, float]:
+        onset = self._onset
+        if time >= onset:
+            return self.begin + self.rate * (time - 0.5 * onset), self.rate, 0.0
+        x = max(time, 0.0) / onset
+        passed = self.rate * onset * (x**3 - 0.5 * x**4)
+        return self.begin + passed, self.rate * (3.0 - 2.0 * x) * x**2, self.rate * 6.0 * x * (1.0 - x) / onset

@@ -29,6 +29,8 @@ from pft_exec.simulation.placement import task_for
 
 SOFTNESS = 0.1
 """s^4/m^2; see `pft_exec.control.compute_compliance`."""
+STARTING = 0.3
+"""s in which a tube comes up to its speed from a standstill."""
 END_TOLERANCE = (0.01, 0.05)
 """m, rad; how near to its tube's end a motion must end that no task knows."""
 
@@ -102,7 +104,7 @@ def execute(
     flow_tube = loop.injector.tube(flow_tube)
     candidate = Candidate(loop, flow_tube, softness)
     candidate.path(0.0).extend_until(float(flow_tube.time[-1]))
-    takeover = plan_takeover(loop, candidate, 0.0, pace)
+    takeover = plan_takeover(loop, candidate, 0.0, pace, starting=STARTING)
     if takeover.reason and not faults:
         raise UnreachableError(takeover.reason)
     if takeover.reason:

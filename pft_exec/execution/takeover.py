@@ -86,7 +86,12 @@ def _state(reference: JointReference) -> JointState:
 
 
 def plan_takeover(
-    loop: ControlLoop, candidate: Candidate, phase: float, pace: float = 1.0, acceleration: Array | None = None
+    loop: ControlLoop,
+    candidate: Candidate,
+    phase: float,
+    pace: float = 1.0,
+    acceleration: Array | None = None,
+    starting: float = 0.0,
 ) -> Takeover:
     """Plan to finish a candidate's motion from where the arm is now.
 
@@ -101,12 +106,15 @@ def plan_takeover(
         Speed relative to the tube's own.
     acceleration : (n,), rad/s^2, or None
         As last commanded; None: the arm floated.
+    starting : float, s
+        From a standstill, the time in which the tube comes up to its speed: a transition that chased it instead would
+        pass over what the motion begins with.
     """
     q, v = loop.sense()
     commanded = np.zeros(len(q)) if acceleration is None else acceleration
     path = candidate.path(phase)
     path.extend_until(candidate.tube_time(phase))
-    trajectory = TakenUp(path, candidate.tube_time(phase), pace)
+    trajectory = TakenUp(path, candidate.tube_time(phase), pace, starting)
     transition = plan_transition((q, v, commanded), lambda t: _state(trajectory.at(t)), loop.arm.limits)
     reason = beyond_reach(path, candidate.label, loop.name) or ("" if transition.found else transition.reason)
     return Takeover(trajectory, transition, candidate, phase, reason)
