@@ -8,7 +8,10 @@ import pytest
 from pft_exec.control.time_law import TimeLaw
 
 
-@pytest.mark.parametrize("law", [TimeLaw(0.0, 2.0), TimeLaw(0.5, 2.0, 0.7, 0.4), TimeLaw(1.9, 2.0, 1.5, 0.5), TimeLaw(0.2, 2.0, 0.8, 0.1, 0.3)])
+LAWS = [TimeLaw(0.0, 2.0), TimeLaw(0.5, 2.0, 0.7, 0.4), TimeLaw(1.9, 2.0, 1.5, 0.5), TimeLaw(0.2, 2.0, 0.8, 0.1, 0.3)]
+
+
+@pytest.mark.parametrize("law", LAWS)
 def test_rate_and_change_are_the_derivatives(law):
     step = 1e-6
     for time in np.linspace(0.01, law.duration - 0.003, 50):
