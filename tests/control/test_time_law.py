@@ -7,7 +7,6 @@ import pytest
 
 from pft_exec.control.time_law import TimeLaw
 
-
 LAWS = [TimeLaw(0.0, 2.0), TimeLaw(0.5, 2.0, 0.7, 0.4), TimeLaw(1.9, 2.0, 1.5, 0.5), TimeLaw(0.2, 2.0, 0.8, 0.1, 0.3)]
 
 
