@@ -166,6 +166,8 @@ class Pursuit:
         self._controller = TrackingController(loop.arm, loop.world.control_period, working, is_careful)
         self._reference = joined(takeover.transition.at, takeover.transition.duration, takeover.trajectory.at)
         self._controller.follow(self._paced, takeover.compliance, loop.time, blend=floating)
+        if self.stage is not Stage.TRANSITION:  # there already: nothing to join
+            self._note_join()
 
     def run(self) -> Outcome:
         """Go on to the end, whichever it is."""
