@@ -60,16 +60,18 @@ def evaluate(
 
             report = run_study(range(seed, seed + seeds), out=out, jobs=jobs, progress=advance)
         elif assisted:
-            from pft_exec.evaluation.assistance_study import Subject, run_assistance_study
+            from pft_exec.evaluation.assistance_study import run_assistance_study
+            from pft_exec.evaluation.lessons import Subject
 
             subject = Subject(robot, task, tool, seed)
             report = run_assistance_study([subject], out, runs=assisted, jobs=jobs, progress=advance)
         else:
-            from pft_exec.evaluation.task_study import StudySettings, run_task_study
+            from pft_exec.evaluation.lessons import Subject
+            from pft_exec.evaluation.task_study import run_task_study
 
             report = run_task_study(
                 out,
-                StudySettings(task, robot, tool, seed),
+                Subject(robot, task, tool, seed),
                 scenes=scenes,
                 arms=arms.split(",") if arms else None,
                 mirror_images=mirror_images,

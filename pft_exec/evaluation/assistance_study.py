@@ -17,7 +17,7 @@ from joblib import Parallel, delayed
 from pft_exec import __version__
 from pft_exec.description import load_task, random_stream
 from pft_exec.evaluation.figures import wilson_interval
-from pft_exec.evaluation.lessons import Lesson, described, give_lessons
+from pft_exec.evaluation.lessons import Subject, described, give_lessons
 from pft_exec.evaluation.protocol import Progress, silent
 from pft_exec.exceptions import StorageError, UnreachableError
 from pft_exec.execution import ExecutionLog, assist, prepare
@@ -27,41 +27,6 @@ from pft_exec.simulation import World
 
 FLOORS = {"right": 97.0, "wrong": 0.5, "asked": 10.0, "finished": 95.0}
 """Percent: at least, at most, at most, at least."""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """Who is assisted in what.
-
-    Parameters
-    ----------
-    robot, task : str
-        Names or paths.
-    tool : str or None
-        Attachment of the robot.
-    seed : int
-        Of the lessons.
-    count : int
-        Demonstrations of each motion.
-    """
-
-    robot: str = "pr2"
-    task: str = "tabletop"
-    tool: str | None = None
-    seed: int = 0
-    count: int = 5
-
-    @property
-    def name(self) -> str:
-        """Of its files."""
-        return f"{Path(self.robot).name}_{Path(self.task).name}_{self.seed}_{self.count}"
-
-    def lessons(self) -> list[Lesson]:
-        """Of every motion of the task."""
-        return [
-            Lesson(self.robot, self.task, label, self.seed, self.count, tool=self.tool)
-            for label in load_task(self.task).labels
-        ]
 
 
 @dataclass(frozen=True)
@@ -136,8 +101,8 @@ def run_assistance_study(
     tables = {}
     for place, subject in enumerate(subjects):
         progress(f"lessons of {subject.name}", place / len(subjects))
-        taught = give_lessons(subject.lessons(), out / "lessons", jobs)
-        demonstrations = [item for lesson in subject.lessons() for item in taught[lesson]]
+        taught = give_lessons(subject.lessons, out / "lessons", jobs)
+        demonstrations = [item for lesson in subject.lessons for item in taught[lesson]]
         done = _all_runs(subject, demonstrations, out / subject.name, runs, jobs, progress)
         tables[f"assistance: {subject.robot}, {subject.task}"] = assistance_rows(done)
     report = {"tables": tables}

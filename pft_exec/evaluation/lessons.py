@@ -16,6 +16,7 @@ from joblib import Parallel, delayed
 from pft_exec import __version__
 from pft_exec.assets import robot_file, task_file
 from pft_exec.demonstration import Demonstration, load_demonstrations, save_demonstrations
+from pft_exec.description import load_task
 from pft_exec.evaluation.protocol import Progress, silent
 from pft_exec.execution import teach
 from pft_exec.model import load_robot
@@ -77,6 +78,44 @@ class Lesson:
         with World(load_robot(self.robot, tool=self.tool), self.task, seed=self.seed) as world:
             scene = world.draw_scene(self.seed, self.arm) if self.same_scene else None
             return teach(world, self.label, self.arm, self.count, seed=self.seed, scene=scene)
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What a study is about: every motion of a task, on a robot, as one person teaches it.
+
+    Parameters
+    ----------
+    robot, task : str
+        Names or paths.
+    tool : str or None
+        Attachment of the robot.
+    seed : int
+        Of lessons and scenes.
+    count : int
+        Demonstrations of each motion.
+    """
+
+    robot: str = "pr2"
+    task: str = "tabletop"
+    tool: str | None = None
+    seed: int = 0
+    count: int = 5
+
+    @property
+    def name(self) -> str:
+        """Of its files."""
+        return f"{Path(self.robot).name}_{Path(self.task).name}_{self.seed}_{self.count}"
+
+    @property
+    def lessons(self) -> list[Lesson]:
+        """Of every motion, with the arm that tasks are written for."""
+        return self.lessons_of(self.seed)
+
+    def lessons_of(self, seed: int) -> list[Lesson]:
+        """The same with another seed."""
+        labels = load_task(self.task).labels
+        return [Lesson(self.robot, self.task, label, seed, self.count, tool=self.tool) for label in labels]
 
 
 def described(robot: str, task: str) -> str:

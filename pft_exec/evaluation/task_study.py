@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from joblib import Parallel, delayed
 from pft_exec.description import load_task
 from pft_exec.evaluation.benchmarks.stopwatch import milliseconds
 from pft_exec.evaluation.figure5 import SAMPLES, thinned
-from pft_exec.evaluation.lessons import Lesson, described, give_lessons
+from pft_exec.evaluation.lessons import Subject, described, give_lessons
 from pft_exec.evaluation.measurements import found_relations
 from pft_exec.evaluation.methods import expected_conflicts
 from pft_exec.evaluation.protocol import Progress, silent
@@ -29,42 +29,9 @@ from pft_exec.model import load_robot
 from pft_exec.simulation import default_arm
 
 
-@dataclass(frozen=True)
-class StudySettings:
-    """What a study depends on; all of it is kept in the folder and compared when the study goes on.
-
-    Parameters
-    ----------
-    task, robot : str
-        Names or paths.
-    tool : str or None
-        Attachment of the robot.
-    seed : int
-        Of lessons and scenes.
-    count : int
-        Demonstrations of each motion.
-    """
-
-    task: str = "bottle"
-    robot: str = "pr2"
-    tool: str | None = None
-    seed: int = 0
-    count: int = 5
-
-    @property
-    def lessons(self) -> list[Lesson]:
-        """Of every motion, with the arm that tasks are written for."""
-        return self.lessons_of(self.seed)
-
-    def lessons_of(self, seed: int) -> list[Lesson]:
-        """The same with another seed."""
-        labels = load_task(self.task).labels
-        return [Lesson(self.robot, self.task, label, seed, self.count, tool=self.tool) for label in labels]
-
-
 def run_task_study(
     out: str | Path,
-    settings: StudySettings | None = None,
+    subject: Subject | None = None,
     *,
     scenes: int = 20,
     arms: Sequence[str] | None = None,
@@ -80,7 +47,8 @@ def run_task_study(
     ----------
     out : str or Path
         Folder; made where missing. What it holds of the same settings is not repeated.
-    settings : StudySettings or None
+    subject : Subject or None
+        None is the bottle's motions on the PR2.
     scenes : int
         Unseen scenes of each motion and arm.
     arms : sequence of str or None
@@ -112,35 +80,35 @@ def run_task_study(
     UnreachableError
         If a lesson cannot be given.
     """
-    settings, out = settings or StudySettings(), Path(out)
-    arms = _checked_arms(settings, arms)
+    subject, out = subject or Subject(task="bottle"), Path(out)
+    arms = _checked_arms(subject, arms)
     (out / "rollouts").mkdir(parents=True, exist_ok=True)
-    _keep_settings(settings, out)
-    library = _learn(settings, out, jobs, _part(progress, 0.0, 0.15))
-    relevance = _relevance(settings, out, relevance_seeds, jobs, _part(progress, 0.15, 0.4))
-    planned = _planned(settings, arms, scenes, mirror_images)
+    _keep_settings(subject, out)
+    library = _learn(subject, out, jobs, _part(progress, 0.0, 0.15))
+    relevance = _relevance(subject, out, relevance_seeds, jobs, _part(progress, 0.15, 0.4))
+    planned = _planned(subject, arms, scenes, mirror_images)
     begin = 0.4 if relevance_seeds else 0.15
     results = _roll_out(planned, out, film, jobs, _part(progress, begin, 0.97))
     times = {label: _learning_time(library, label) for label in library.labels}
     progress("writing the report", 0.98)
-    about = {**asdict(settings), "scenes": scenes, "arms": list(arms), "relevance_seeds": relevance_seeds}
+    about = {**asdict(subject), "scenes": scenes, "arms": list(arms), "relevance_seeds": relevance_seeds}
     return write_report(out, about, results, relevance, times)
 
 
-def _checked_arms(settings: StudySettings, arms: Sequence[str] | None) -> tuple[str, ...]:
+def _checked_arms(subject: Subject, arms: Sequence[str] | None) -> tuple[str, ...]:
     """Those asked for, or all; the one that is taught first: the others are compared with it."""
-    robot = load_robot(settings.robot, tool=settings.tool)
+    robot = load_robot(subject.robot, tool=subject.tool)
     known, taught = robot.arms, default_arm(robot)
     for arm in arms or ():
         if arm not in known:
-            raise UnknownArmError("arm", arm, known, f"The robot is {settings.robot!r}.")
+            raise UnknownArmError("arm", arm, known, f"The robot is {subject.robot!r}.")
     return tuple(sorted(set(arms or known), key=lambda arm: arm != taught))
 
 
-def _keep_settings(settings: StudySettings, out: Path) -> None:
+def _keep_settings(subject: Subject, out: Path) -> None:
     """Write the settings, or hold them against those that the folder was begun with."""
     path = out / "settings.json"
-    now = {**asdict(settings), "described": described(settings.robot, settings.task)}
+    now = {**asdict(subject), "described": described(subject.robot, subject.task)}
     if not path.exists():
         write_beside(path, json.dumps(now, indent=2) + "\n")
         return
@@ -155,20 +123,20 @@ def _keep_settings(settings: StudySettings, out: Path) -> None:
         raise StorageError(f"{out} was begun with other settings: {'; '.join(changed)}. Use another folder.")
 
 
-def _learn(settings: StudySettings, out: Path, jobs: int, progress: Progress) -> MotionLibrary:
+def _learn(subject: Subject, out: Path, jobs: int, progress: Progress) -> MotionLibrary:
     """The library of the folder; taught and learned where it has none."""
     path = out / "library.h5"
     if not path.exists():
-        taught = give_lessons(settings.lessons, out / "lessons", jobs, progress)
+        taught = give_lessons(subject.lessons, out / "lessons", jobs, progress)
         with expected_conflicts():
-            learn_library(item for lesson in settings.lessons for item in taught[lesson]).save(path)
+            learn_library(item for lesson in subject.lessons for item in taught[lesson]).save(path)
     return MotionLibrary.load(path)
 
 
-def _relevance(settings: StudySettings, out: Path, seeds: int, jobs: int, progress: Progress) -> dict[str, list[bool]]:
+def _relevance(subject: Subject, out: Path, seeds: int, jobs: int, progress: Progress) -> dict[str, list[bool]]:
     """For each motion, and each of some seeds, whether its variables are exactly those that the task means."""
-    task = load_task(settings.task)
-    lessons = [lesson for seed in range(settings.seed, settings.seed + seeds) for lesson in settings.lessons_of(seed)]
+    task = load_task(subject.task)
+    lessons = [lesson for seed in range(subject.seed, subject.seed + seeds) for lesson in subject.lessons_of(seed)]
     right: dict[str, list[bool]] = {label: [] for label in task.labels if seeds}
     taught = give_lessons(lessons, out / "lessons", jobs, progress)
     for lesson in lessons:
@@ -178,14 +146,14 @@ def _relevance(settings: StudySettings, out: Path, seeds: int, jobs: int, progre
     return right
 
 
-def _planned(settings: StudySettings, arms: Iterable[str], scenes: int, mirror_images: bool) -> list[Rollout]:
-    taught = default_arm(load_robot(settings.robot, tool=settings.tool))
-    about = (settings.robot, settings.task, settings.tool)
+def _planned(subject: Subject, arms: Iterable[str], scenes: int, mirror_images: bool) -> list[Rollout]:
+    taught = default_arm(load_robot(subject.robot, tool=subject.tool))
+    about = (subject.robot, subject.task, subject.tool)
     return [
-        Rollout(*about, label, arm, kind, number, settings.seed)
+        Rollout(*about, label, arm, kind, number, subject.seed)
         for arm in arms
         for kind in (DRAWN, MIRRORED)[: 2 if mirror_images and arm != taught else 1]
-        for label in load_task(settings.task).labels
+        for label in load_task(subject.task).labels
         for number in range(scenes)
     ]
 

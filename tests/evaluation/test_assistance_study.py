@@ -7,7 +7,8 @@ import json
 import pytest
 
 from pft_exec.evaluation import assistance_study
-from pft_exec.evaluation.assistance_study import AssistedRun, Subject, assistance_rows, run_assistance_study
+from pft_exec.evaluation.assistance_study import AssistedRun, assistance_rows, run_assistance_study
+from pft_exec.evaluation.lessons import Subject
 from pft_exec.exceptions import StorageError
 
 

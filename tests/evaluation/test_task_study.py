@@ -12,14 +12,14 @@ import pytest
 from pft_exec.demonstration import Demonstration
 from pft_exec.description import draw_scene, load_task, random_stream
 from pft_exec.evaluation import task_study
-from pft_exec.evaluation.lessons import Lesson
+from pft_exec.evaluation.lessons import Lesson, Subject
 from pft_exec.evaluation.task_report import figures, motion_rows, relevance_rows
 from pft_exec.evaluation.task_rollouts import Rollout, RolloutResult, run_rollout
-from pft_exec.evaluation.task_study import StudySettings, run_task_study
+from pft_exec.evaluation.task_study import run_task_study
 from pft_exec.exceptions import StorageError, UnknownArmError
 from pft_exec.report.contact_sheet import GOOD
 
-SETTINGS = StudySettings("tabletop", "pr2", seed=2)
+SETTINGS = Subject("pr2", "tabletop", seed=2)
 ROLLOUT = Rollout("pr2", "tabletop", None, "reach", "right", "drawn", 3, 2)
 FIGURES = {
     "end_position_error": 1e-3,
