@@ -8,6 +8,7 @@ standstill it comes up to the rate along the same step. Rate and acceleration of
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 
 @dataclass(frozen=True)
@@ -32,17 +33,17 @@ class TimeLaw:
     stopping: float = 0.1
     starting: float = 0.0
 
-    @property
+    @cached_property
     def _ramp(self) -> float:
         """Clock time of the stop, s: it covers half of what the full rate would."""
         return min(self.stopping, 2.0 * (self.end - self.begin) / self.rate)
 
-    @property
+    @cached_property
     def _onset(self) -> float:
         """Clock time of the start, s: as the stop, it covers half of what the full rate would."""
         return min(self.starting, 2.0 * (self.end - self.begin) / self.rate - self._ramp)
 
-    @property
+    @cached_property
     def duration(self) -> float:
         """Clock time until rest, s."""
         return (self.end - self.begin) / self.rate + 0.5 * (self._ramp + self._onset)

@@ -11,6 +11,7 @@ from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.pursuit import GO_ON, Instant, Verdict
 from pft_exec.geometry import Array
 from pft_exec.handoff import ForceObserver, TakeBack
+from pft_exec.handoff.felt import follow_means
 from pft_exec.handoff.take_back import THRESHOLD, tool_wrench
 
 GRAVITY = 9.81
@@ -71,11 +72,8 @@ class ForceWatch:
             q = np.full_like(q, np.nan)  # what is only believed of the joints' motion says nothing of forces
         felt = self._observer.update(q, v, None if command is None else command.torque)
         self.force = felt.force
-        share = self._share
-        self._mean = self._mean + share * (felt.torque - self._mean)
-        self._mean_force = self._mean_force + share * (felt.force - self._mean_force)
-        apart = felt.force - self._mean_force
-        self._variance += share * (float(apart @ apart) - self._variance)
+        means = self._mean, self._mean_force, self._variance
+        self._variance = follow_means(*means, felt.torque, felt.force, self._share)
 
     def beyond_friction(self, q: Array, v: Array) -> Array:
         """Force (3,), N, base frame, of the last moments that neither what is usual nor friction accounts for.

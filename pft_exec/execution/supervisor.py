@@ -12,6 +12,8 @@ rate of the reference falls linearly from one to zero: pushed off, the motion wa
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -153,11 +155,11 @@ def tube_distance(tube: FlowTube) -> Callable[[float, Array], float]:
     covariance = np.zeros((len(tube), 6, 6))
     covariance[:, range(3, 6), range(3, 6)] = UNTAUGHT_ROTATION**2
     covariance[:, :size, :size] = tube.covariance
-    precision = np.linalg.inv(covariance + np.diag(np.repeat(np.square(FLOOR), 3)))
-    phases: Array = tube.phase
+    precision = list(np.linalg.inv(covariance + np.diag(np.repeat(np.square(FLOOR), 3))))
+    phases: list[float] = tube.phase.tolist()
 
     def distance(phase: float, error: Array) -> float:
-        place = min(int(np.searchsorted(phases, phase)), len(phases) - 1)
-        return float(np.sqrt(max(error @ precision[place] @ error, 0.0)))
+        place = min(bisect_left(phases, phase), len(phases) - 1)
+        return math.sqrt(max(float(error.dot(precision[place]).dot(error)), 0.0))
 
     return distance

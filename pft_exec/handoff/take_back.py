@@ -15,11 +15,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from pft_exec.exceptions import ControlError
 from pft_exec.geometry import Array
-from pft_exec.geometry.definite import factorize, substitute_back, substitute_forward
+from pft_exec.handoff.felt import feel, follow_within, wrench_of
 from pft_exec.model import Arm, ArmDynamics
 
 BANDWIDTH = 220.0
@@ -32,7 +31,6 @@ USUAL_TIME = 0.3
 """s over which a force that lasts becomes usual."""
 USUAL_LIMIT = 10.0
 """N; more than this never becomes usual: one kilogram that nobody told of."""
-_SMOOTHING_SPEED = 0.05  # rad/s; the sign of a slower measured velocity is uncertain
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +76,9 @@ class ForceObserver:
         self.control_period = control_period
         self._share = 1.0 - math.exp(-bandwidth * control_period)
         self._residual = np.zeros(len(arm.joint_names))
-        self._before: tuple[ArmDynamics, Array, Array] | None = (
-            None  # at the last call; third: all but the motor torque
-        )
+        self._friction = arm.friction.coulomb, arm.friction.viscous
+        self._before: tuple[Array, Array, Array] | None = None
+        """At the last call: mass matrix, velocity, torque of all but the motors."""
         self._estimate = ExternalForce(self._residual, np.zeros(3), np.zeros(3))
 
     def update(self, q: Array, v: Array, torque: Array | None) -> ExternalForce:
@@ -93,78 +91,26 @@ class ForceObserver:
         torque : (n,), N m, or None
             Commanded in the control period that ends now; None where it is not known.
         """
-        if not math.isfinite(q.sum() + v.sum()):
+        if not math.isfinite(q.dot(v)):  # of any number that is not finite, neither is the product
             self._before = None
             return self._estimate
         dynamics = self.arm.dynamics(q, v)
-        if self._before is not None and torque is not None:
-            before, speed, passive = self._before
-            known = before.mass_matrix, speed, passive
-            self._residual = _residual(self._residual, self._share, *known, v, torque, self.control_period)
-        friction = self.arm.friction
-        passive = _passive(self.arm.counterbalance(q), dynamics.bias, friction.coulomb, friction.viscous, v)
-        self._before = dynamics, v.copy(), passive
-        wrench = tool_wrench(dynamics, self._residual)
-        self._estimate = ExternalForce(self._residual, wrench[:3], wrench[3:])
+        speed = v.copy()
+        now = dynamics.mass_matrix, dynamics.bias, dynamics.jacobian, self.arm.counterbalance(q), speed
+        if self._before is None or torque is None:
+            share, before, torque = 0.0, (dynamics.mass_matrix, speed, self._residual), self._residual
+        else:
+            share, before = self._share, self._before
+        felt = feel(self._residual, share, before, now, self._friction, torque, self.control_period)
+        self._residual, passive, force, moment = felt
+        self._before = dynamics.mass_matrix, speed, passive
+        self._estimate = ExternalForce(self._residual, force, moment)
         return self._estimate
-
-
-@njit(cache=True)
-def _passive(springs: Array, bias: Array, coulomb: Array, viscous: Array, v: Array) -> Array:
-    """Torque (n,), N m, of everything but the motors and what is outside."""
-    torque = np.empty(len(v))
-    for k in range(len(v)):
-        torque[k] = springs[k] - bias[k] - coulomb[k] * math.tanh(v[k] / _SMOOTHING_SPEED) - viscous[k] * v[k]
-    return torque
-
-
-@njit(cache=True)
-def _residual(
-    residual: Array,
-    share: float,
-    mass_matrix: Array,
-    speed: Array,
-    passive: Array,
-    v: Array,
-    torque: Array,
-    period: float,
-) -> Array:
-    """Residual (n,), N m, after a control period that began at a speed (n,) and ended at v (n,), rad/s."""
-    after = np.empty(len(v))
-    for k in range(len(v)):
-        inertial = 0.0
-        for j in range(len(v)):
-            inertial += mass_matrix[k, j] * (v[j] - speed[j])
-        after[k] = residual[k] + share * (inertial / period - passive[k] - torque[k] - residual[k])
-    return after
 
 
 def tool_wrench(dynamics: ArmDynamics, torque: Array) -> Array:
     """Wrench (6,) at the tool, N and N m, base frame, that explains joint torques (n,) best."""
-    return _wrench(dynamics.mass_matrix, dynamics.jacobian, torque)
-
-
-@njit(cache=True)
-def _wrench(mass_matrix: Array, jacobian: Array, torque: Array) -> Array:
-    """Solve ``(J M^-1 J^T + eps) F = J M^-1 r`` for F (6,)."""
-    factor = mass_matrix.copy()
-    factorize(factor)
-    rest = torque.copy()
-    substitute_forward(factor, rest)
-    rows = np.empty((6, len(rest)))  # L^-1 J^T, transposed
-    for i in range(6):
-        rows[i] = jacobian[i]
-        substitute_forward(factor, rows[i])
-    square, wrench = 1e-9 * np.eye(6), np.zeros(6)
-    for i in range(6):
-        for k in range(len(rest)):
-            wrench[i] += rows[i, k] * rest[k]
-            for j in range(i + 1):
-                square[i, j] += rows[i, k] * rows[j, k]
-    factorize(square)
-    substitute_forward(square, wrench)
-    substitute_back(square, wrench)
-    return wrench
+    return wrench_of(dynamics.mass_matrix, dynamics.jacobian, torque)
 
 
 class TakeBack:
@@ -205,12 +151,12 @@ class TakeBack:
 
     def resume(self, usual: Array, threshold: float) -> None:
         """Begin again with a force (3,), N, that is usual, and another threshold, N."""
-        self.threshold, self.usual = threshold, _within_limit(usual)
+        self.threshold, self.usual = threshold, follow_within(usual, usual, 0.0, USUAL_LIMIT)
         self._since, self._before, self._waits_until = None, None, -math.inf
 
     def update(self, time: float, force: Array) -> bool:
         """Whether a force (3,), N, base frame, has been above the threshold for the hold time, at a time, s."""
-        is_strong = float(np.linalg.norm(force - self.usual)) >= self.threshold
+        is_strong = math.dist(force.tolist(), self.usual.tolist()) >= self.threshold
         if time < self._waits_until:
             self._waits_until = self._waits_until if is_strong else -math.inf
             return False
@@ -223,11 +169,6 @@ class TakeBack:
 
     def _get_used_to(self, time: float, force: Array) -> None:
         elapsed = 0.0 if self._before is None else time - self._before
-        mean = self.usual + (1.0 - math.exp(-elapsed / USUAL_TIME)) * (force - self.usual)
-        self.usual = _within_limit(mean)
+        share = 1.0 - math.exp(-elapsed / USUAL_TIME)
+        self.usual = follow_within(self.usual, force, share, USUAL_LIMIT)
         self._before = time
-
-
-def _within_limit(force: Array) -> Array:
-    """A force (3,), N, as far as it may become usual."""
-    return force * min(1.0, USUAL_LIMIT / max(float(np.linalg.norm(force)), 1e-9))

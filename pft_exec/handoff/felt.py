@@ -1,0 +1,118 @@
+"""What the joints feel, compiled: it is computed in every control period, whoever has the arm."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from pft_exec.geometry import Array
+from pft_exec.geometry.definite import factorize, substitute_back, substitute_forward
+
+SMOOTHING_SPEED = 0.05
+"""rad/s; the sign of a slower measured velocity is uncertain."""
+
+
+@njit(cache=True, fastmath=False)
+def passive_torque(springs: Array, bias: Array, coulomb: Array, viscous: Array, v: Array) -> Array:
+    """Torque (n,), N m, of everything but the motors and what is outside."""
+    torque = np.empty(len(v))
+    for k in range(len(v)):
+        torque[k] = springs[k] - bias[k] - coulomb[k] * math.tanh(v[k] / SMOOTHING_SPEED) - viscous[k] * v[k]
+    return torque
+
+
+@njit(cache=True, fastmath=False)
+def follow_residual(
+    residual: Array, share: float, mass_matrix: Array, change: Array, passive: Array, torque: Array, period: float
+) -> Array:
+    """Residual (n,), N m, after a control period in which the velocity changed by (n,), rad/s."""
+    after = np.empty(len(change))
+    for k in range(len(change)):
+        inertial = 0.0
+        for j in range(len(change)):
+            inertial += mass_matrix[k, j] * change[j]
+        after[k] = residual[k] + share * (inertial / period - passive[k] - torque[k] - residual[k])
+    return after
+
+
+@njit(cache=True, fastmath=False)
+def wrench_of(mass_matrix: Array, jacobian: Array, torque: Array) -> Array:
+    """Solve ``(J M^-1 J^T + eps) F = J M^-1 r`` for F (6,), N and N m, with a torque r (n,), N m."""
+    factor = mass_matrix.copy()
+    factorize(factor)
+    rest = torque.copy()
+    substitute_forward(factor, rest)
+    rows = np.empty((6, len(rest)))  # L^-1 J^T, transposed
+    for i in range(6):
+        rows[i] = jacobian[i]
+        substitute_forward(factor, rows[i])
+    square, wrench = 1e-9 * np.eye(6), np.zeros(6)
+    for i in range(6):
+        for k in range(len(rest)):
+            wrench[i] += rows[i, k] * rest[k]
+            for j in range(i + 1):
+                square[i, j] += rows[i, k] * rows[j, k]
+    factorize(square)
+    substitute_forward(square, wrench)
+    substitute_back(square, wrench)
+    return wrench
+
+
+@njit(cache=True, fastmath=False)
+def feel(
+    residual: Array,
+    share: float,
+    before: tuple[Array, Array, Array],
+    now: tuple[Array, Array, Array, Array, Array],
+    friction: tuple[Array, Array],
+    torque: Array,
+    period: float,
+) -> tuple[Array, Array, Array, Array]:
+    """One step of the observer.
+
+    Parameters
+    ----------
+    residual, torque : (n,), N m
+        Of the period before; the motors' in the period that ends now.
+    share : float
+        By which the residual follows; 0 leaves it.
+    before : mass matrix (n, n), velocity (n,), passive torque (n,)
+        Where the period began.
+    now : mass matrix (n, n), bias (n,), Jacobian (6, n), springs (n,), velocity (n,)
+    friction : (n,), (n,)
+        Coulomb and viscous.
+    period : float, s
+
+    Returns
+    -------
+    residual : (n,); passive : (n,); force, moment : (3,)
+    """
+    mass_matrix, bias, jacobian, springs, v = now
+    residual = follow_residual(residual, share, before[0], v - before[1], before[2], torque, period)
+    wrench = wrench_of(mass_matrix, jacobian, residual)
+    passive = passive_torque(springs, bias, friction[0], friction[1], v)
+    return residual, passive, wrench[:3].copy(), wrench[3:].copy()
+
+
+@njit(cache=True, fastmath=False)
+def follow_means(mean: Array, mean_force: Array, variance: float, torque: Array, force: Array, share: float) -> float:
+    """Let the means of torque (n,) and force (3,) follow, in place; the force's variance, N^2, about its mean."""
+    for k in range(len(mean)):
+        mean[k] += share * (torque[k] - mean[k])
+    square = 0.0
+    for k in range(len(mean_force)):
+        mean_force[k] += share * (force[k] - mean_force[k])
+        square += (force[k] - mean_force[k]) ** 2
+    return variance + share * (square - variance)
+
+
+@njit(cache=True, fastmath=False)
+def follow_within(mean: Array, force: Array, share: float, limit: float) -> Array:
+    """A mean (3,), N, that follows a force (3,), N, by a share, as far as a limit, N."""
+    after, square = np.empty(len(mean)), 0.0
+    for k in range(len(mean)):
+        after[k] = mean[k] + share * (force[k] - mean[k])
+        square += after[k] ** 2
+    return after * min(1.0, limit / max(math.sqrt(square), 1e-9))
