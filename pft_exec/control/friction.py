@@ -6,7 +6,10 @@ Computed from the reference velocity, never from the measured one: the sign of a
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
+from numba import njit
 
 from pft_exec.geometry import Array
 from pft_exec.model import JointFriction
@@ -17,6 +20,13 @@ SMOOTHING_SPEED = 0.01
 
 def friction_torque(friction: JointFriction, velocity: Array) -> Array:
     """Torque (n,), N m, that cancels Coulomb and viscous friction at a velocity (n,), rad/s."""
-    smooth_sign = np.tanh(velocity / SMOOTHING_SPEED)
-    torque: Array = friction.coulomb * smooth_sign + friction.viscous * velocity
+    torque: Array = _torque(friction.coulomb, friction.viscous, velocity)
+    return torque
+
+
+@njit(cache=True, fastmath=False)
+def _torque(coulomb: Array, viscous: Array, velocity: Array) -> Array:
+    torque = np.empty(len(velocity))
+    for k in range(len(velocity)):
+        torque[k] = coulomb[k] * math.tanh(velocity[k] / SMOOTHING_SPEED) + viscous[k] * velocity[k]
     return torque

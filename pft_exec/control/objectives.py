@@ -43,7 +43,7 @@ class Objective:
 
     def cost(self, x: Array) -> float:
         """Cost at accelerations (n,), rad/s^2."""
-        return float(x @ (0.5 * (self.H @ x) + self.c)) + self.constant
+        return 0.5 * float(self.H.dot(x).dot(x)) + float(self.c.dot(x)) + self.constant
 
 
 def tool_objective(jacobian: Array, drift: Array, acceleration: Array, weight: Array) -> Objective:

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import pinocchio
-
+from pft_exec.control.compliance import Compliance
+from pft_exec.control.objectives import Objective
 from pft_exec.control.reference import JointReference
+from pft_exec.control.tool_kernel import aim, corrected, error_of, matrix_of, moved, weight_in_base
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, ArmDynamics
 
@@ -37,37 +37,28 @@ class ToolTarget:
 
     def error(self, measured: ArmDynamics) -> Array:
         """Error (12,) of the measured tool, m and rad, then m/s and rad/s; linear in base, angular in tool axes."""
-        back = self.rotation.T
-        rate = measured.velocity - self.velocity
-        error = np.empty(12)
-        error[:3] = measured.position - self.position
-        error[3:6] = pinocchio.log3(back @ _rotation(measured.quaternion))
-        error[6:9] = rate[:3]
-        error[9:] = back @ rate[3:]
+        tool = measured.position, measured.quaternion, measured.velocity
+        error: Array = error_of(tool, self.position, self.quaternion, self.rotation, self.velocity)
         return error
 
     def corrected(self, gain: Array, error: Array) -> Array:
         """Tool acceleration (6,), base frame, that a gain (6, 12) asks for at an error (12,)."""
-        answer = gain @ error
-        answer[3:] = self.rotation @ answer[3:]
-        corrected: Array = self.acceleration - answer
-        return corrected
+        wanted: Array = corrected(self.rotation, self.acceleration, gain, error)
+        return wanted
 
     def weight_in_base(self, weight: Array) -> Array:
         """Weight (6, 6) with angular rows and columns turned from tool into base axes."""
-        rotation, turned = self.rotation, weight.copy()
-        turned[:, 3:] = turned[:, 3:] @ rotation.T
-        turned[3:] = rotation @ turned[3:]
+        turned: Array = weight_in_base(self.rotation, weight)
         return turned
+
+    def objective(self, compliance: Compliance, phase: float, error: Array, measured: ArmDynamics) -> Objective:
+        """Cost of not following, at a phase of a compliance and an error (12,) of the measured tool."""
+        gains, mine = (compliance.gain, compliance.weight), (self.rotation, self.acceleration)
+        return Objective(*aim(gains, phase, mine, error, measured.jacobian, measured.jacobian_drift))
 
 
 def tool_target(arm: Arm, reference: JointReference) -> ToolTarget:
     """Tool target of a joint reference."""
     tool = arm.dynamics(reference.configuration, reference.velocity)
-    acceleration = tool.jacobian @ reference.acceleration + tool.jacobian_drift
-    return ToolTarget(tool.position, tool.quaternion, _rotation(tool.quaternion), tool.velocity, acceleration)
-
-
-def _rotation(quaternion: Array) -> Array:
-    matrix: Array = pinocchio.Quaternion(quaternion).toRotationMatrix()
-    return matrix
+    acceleration = moved(tool.jacobian, reference.acceleration, tool.jacobian_drift)
+    return ToolTarget(tool.position, tool.quaternion, matrix_of(tool.quaternion), tool.velocity, acceleration)

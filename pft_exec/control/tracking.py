@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
@@ -143,7 +144,7 @@ class TrackingController:
         """
         if self._reference is None or self._compliance is None:
             return self._stop(time, q, v, "nothing to follow")
-        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+        if not math.isfinite(q.dot(v)):  # of any number that is not finite, neither is the product
             return self._stop(time, q, v, "measured state not finite")
         reference = self._reference(time - self._since)
         dynamics = self.arm.dynamics(q, v)
@@ -153,7 +154,7 @@ class TrackingController:
         error = tool.error(dynamics)
         aside = secondary_acceleration(self.arm.limits, q, dynamics.jacobian)
         objectives = {
-            "tracking": self._tracking(self._compliance.at(reference.phase), tool, error, dynamics, aside),
+            "tracking": self._tracking(self._compliance, reference.phase, tool, error, dynamics, aside),
             "posture": posture_objective(posture_acceleration(reference, q, v) + aside),
         }
         near = None if self._avoidance is None else self._avoidance.near(self.arm, q, v, time)
@@ -161,7 +162,7 @@ class TrackingController:
         begin = perf_counter()
         solution = self._solver.solve(program)
         solve_time = perf_counter() - begin
-        if not (solution.found and np.isfinite(solution.x).all()):
+        if not (solution.found and math.isfinite(solution.x.dot(solution.x))):
             return self._stop(time, q, v, f"no solution: {solution.status}")
         torque = dynamics.mass_matrix @ solution.x + load
         closeness = {} if near is None else _closeness(near, solution)
@@ -214,12 +215,20 @@ class TrackingController:
         return blended
 
     def _tracking(
-        self, compliance: tuple[Array, Array], tool: ToolTarget, error: Array, dynamics: ArmDynamics, aside: Array
+        self,
+        compliance: Compliance,
+        phase: float,
+        tool: ToolTarget,
+        error: Array,
+        dynamics: ArmDynamics,
+        aside: Array,
     ) -> Objective:
         """Follow the tool target with a gain and a weight; step aside (n,), rad/s^2, where the weight leaves room."""
-        weight, wanted = tool.weight_in_base(compliance[1]), tool.corrected(compliance[0], error)
-        if aside.any():
-            wanted = wanted + room_for(dynamics.jacobian @ aside, weight)
+        if not aside.any():
+            return tool.objective(compliance, phase, error, dynamics)
+        gain, weight = compliance.at(phase)
+        weight, wanted = tool.weight_in_base(weight), tool.corrected(gain, error)
+        wanted = wanted + room_for(dynamics.jacobian @ aside, weight)
         return tool_objective(dynamics.jacobian, dynamics.jacobian_drift, wanted, weight)
 
     def _command(

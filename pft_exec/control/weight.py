@@ -76,8 +76,7 @@ class WeightEstimate:
             return self.mass
         begin, before, dynamics, missing = self._before
         period = time - begin
-        residual = _residual(dynamics.mass_matrix, (v - before) / period, missing)
-        force = _force(dynamics.jacobian, self._weights, residual)
+        force = _felt(dynamics.mass_matrix, dynamics.jacobian, self._weights, v, before, missing, period)
         self.force += min(1.0, period / FEELING_TIME) * (force - self.force)
         if math.hypot(self.force[0], self.force[1]) < HORIZONTAL:
             found = min(max(-self.force[2] / GRAVITY, BOUNDS[0]), BOUNDS[1])
@@ -85,7 +84,7 @@ class WeightEstimate:
         return self.mass
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=False)
 def _residual(mass_matrix: Array, acceleration: Array, missing: Array) -> Array:
     """Torque (n,), N m, that nothing known explains."""
     residual = missing.copy()
@@ -95,7 +94,7 @@ def _residual(mass_matrix: Array, acceleration: Array, missing: Array) -> Array:
     return residual
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=False)
 def _force(jacobian: Array, weights: Array, residual: Array) -> Array:
     """Force (3,), N, of the wrench at the tool that explains a joint torque (n,), N m, best."""
     square, wrench = np.zeros((6, 6)), np.zeros(6)
@@ -110,6 +109,14 @@ def _force(jacobian: Array, weights: Array, residual: Array) -> Array:
     substitute_forward(square, wrench)
     substitute_back(square, wrench)
     return wrench[:3]
+
+
+@njit(cache=True, fastmath=False)
+def _felt(
+    mass_matrix: Array, jacobian: Array, weights: Array, v: Array, before: Array, missing: Array, period: float
+) -> Array:
+    """Force (3,), N, at the tool that explains a change of velocity (n,), rad/s, within a period, s."""
+    return _force(jacobian, weights, _residual(mass_matrix, (v - before) / period, missing))
 
 
 def weight_torque(mass: float, jacobian: Array) -> Array:

@@ -25,7 +25,7 @@ _AT_TOOL = pinocchio.LOCAL_WORLD_ALIGNED  # origin at the tool, axes of the base
 
 @dataclass(frozen=True, eq=False)
 class ArmDynamics:
-    """Dynamics of an arm of n joints at one state; arrays are copies of their own.
+    """Dynamics of an arm of n joints at one state; not to be changed: whoever asks for the same state shares it.
 
     Parameters
     ----------
