@@ -71,7 +71,8 @@ def between(values: Array, phase: float) -> Array:
     """Matrix between those (N, i, j) that are evenly spaced in phase, held beyond either end."""
     place = min(max(phase, 0.0), 1.0) * (len(values) - 1)
     index = min(int(place), len(values) - 2)
-    return values[index] + (place - index) * (values[index + 1] - values[index])
+    matrix: Array = values[index] + (place - index) * (values[index + 1] - values[index])
+    return matrix
 
 
 @njit(cache=True, fastmath=False)
