@@ -54,6 +54,7 @@ def evaluate(
     A study of a task goes on where an earlier one with the same settings was interrupted.
     """
     out = out or Path("runs", "_".join(filter(None, ("evaluation", Path(task).name if task else None))))
+    tables: Mapping[str, Any] = {}
     with progress("evaluating") as advance:
         if task is None:
             from pft_exec.evaluation.study import run_study
@@ -65,6 +66,7 @@ def evaluate(
 
             subject = Subject(robot, task, tool, seed)
             report = run_assistance_study([subject], out, runs=assisted, jobs=jobs, progress=advance)
+            tables = report["tables"]
         else:
             from pft_exec.evaluation.lessons import Subject
             from pft_exec.evaluation.task_study import run_task_study
@@ -80,7 +82,8 @@ def evaluate(
                 jobs=jobs,
                 progress=advance,
             )
-    _report_figures(report, report.get("tables", {"motions": report.get("motions", [])}), out, strict, as_json)
+            tables = {"motions": report["motions"], "failures": report["failures"]}
+    _report_figures(report, tables, out, strict, as_json)
 
 
 def _report_figures(

@@ -58,7 +58,7 @@ def lead(loop: ControlLoop, hand: Hand, sample: Callable[[], None] | None = None
     sample : callable or None
         Called at every sample's time, before the arm moves on.
     """
-    floating = GravityCompensation(loop.arm)
+    floating = GravityCompensation(loop.arm, period=loop.world.control_period)
     for _ in range(round(hand.duration / loop.world.control_period) + 1):
         if sample is not None and loop.is_sample_due():
             sample()

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from pft_exec.control import GravityCompensation
-from pft_exec.control.gravity_compensation import FRICTION_SHARE, WALL_MARGIN, guiding_torque
+from pft_exec.control.gravity_compensation import FRICTION_SHARE, STABLE_SHARE, WALL_MARGIN, guiding_torque
+from pft_exec.model import load_robot
+from pft_exec.model.limits import JointFriction
 from tests.control.plant import Plant
 
 
@@ -111,3 +113,18 @@ def test_a_payload_is_held_from_when_it_is_carried_on(arm, start):
     floating.carry(heavy)
     weight = heavy.gravity(start) - arm.gravity(start)
     np.testing.assert_allclose(floating.update(0.0, start, still).torque - before, weight, atol=1e-9)
+
+
+@pytest.mark.parametrize("period", [0.001, 0.002])
+def test_the_damping_under_a_hand_is_no_more_than_the_lightest_joint_bears(period: float) -> None:
+    """Held for a period, it takes at most its share of any speed away: more made a light wrist swing ever wider."""
+    arm = load_robot("wam", tool="gripper").arm("arm")
+    q = arm.configuration("work")
+    dynamics = arm.dynamics(q, np.zeros(7))
+    still = JointFriction(np.zeros(7), np.zeros(7))
+    damped = np.stack(
+        [guiding_torque(still, v, dynamics.jacobian, dynamics.mass_matrix, period) for v in np.eye(7)], axis=1
+    )
+    shares = np.linalg.eigvals(-period * np.linalg.solve(dynamics.mass_matrix, damped)).real
+    assert shares.min() > 0.0
+    assert shares.max() <= STABLE_SHARE + 1e-9
