@@ -16,7 +16,7 @@ from pft_exec.description import draw_settings, load_task, random_stream
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution import ExecutionLog, assist, prepare
 from pft_exec.execution.faults import Fault
-from pft_exec.execution.hand_path import plan_hand_path
+from pft_exec.execution.hand.hand_path import plan_hand_path
 from pft_exec.learning import MotionLibrary, learn_library
 from pft_exec.model import load_robot
 from pft_exec.simulation import Mismatch, World

@@ -9,8 +9,8 @@ for that, in a scene nobody taught. All turn the same crank, one control period 
 from pft_exec.execution.assistance import assist
 from pft_exec.execution.autonomous import execute
 from pft_exec.execution.control_loop import ControlLoop
+from pft_exec.execution.hand.person import TakeBackPlan
 from pft_exec.execution.log import BeliefHistory, Event, ExecutionLog, LogRecorder, Stage
-from pft_exec.execution.person import TakeBackPlan
 from pft_exec.execution.preparation import prepare
 from pft_exec.execution.teaching import GuidingFigures, teach
 

@@ -18,15 +18,15 @@ from pft_exec.execution.candidates import Candidates
 from pft_exec.execution.companion import Companion
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.faults import Fault
-from pft_exec.execution.force_watch import ForceWatch
+from pft_exec.execution.hand.person import Answer, Person, TakeBackPlan
 from pft_exec.execution.log import ExecutionLog, Stage
-from pft_exec.execution.person import Answer, Person, TakeBackPlan
 from pft_exec.execution.pursuit import Outcome
-from pft_exec.execution.stopping import stop
+from pft_exec.execution.safety.force_watch import ForceWatch
+from pft_exec.execution.safety.stopping import stop
+from pft_exec.execution.safety.watch import pursue
+from pft_exec.execution.safety.yielding import CALM, Calm, Yielding
 from pft_exec.execution.surroundings import Surroundings
 from pft_exec.execution.takeover import Takeover, plan_takeover
-from pft_exec.execution.watch import pursue
-from pft_exec.execution.yielding import CALM, Calm, Yielding
 from pft_exec.geometry import Array, geodesic_distance
 from pft_exec.handoff import PolicySettings
 from pft_exec.handoff.take_back import THRESHOLD

@@ -13,14 +13,14 @@ from pft_exec.exceptions import UnreachableError
 from pft_exec.execution.candidates import Candidate
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.faults import Fault
-from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.log import ExecutionLog
 from pft_exec.execution.pursuit import Outcome
-from pft_exec.execution.stopping import stop
+from pft_exec.execution.safety.force_watch import ForceWatch
+from pft_exec.execution.safety.stopping import stop
+from pft_exec.execution.safety.watch import pursue
+from pft_exec.execution.safety.yielding import give_way
 from pft_exec.execution.surroundings import Surroundings
 from pft_exec.execution.takeover import Takeover, plan_takeover
-from pft_exec.execution.watch import pursue
-from pft_exec.execution.yielding import give_way
 from pft_exec.geometry import Pose, geodesic_distance
 from pft_exec.handoff.take_back import THRESHOLD
 from pft_exec.learning.flow_tube import FlowTube

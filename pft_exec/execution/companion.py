@@ -12,9 +12,9 @@ import numpy as np
 from pft_exec.exceptions import ControlError
 from pft_exec.execution.candidates import Candidates
 from pft_exec.execution.control_loop import ControlLoop
+from pft_exec.execution.faults import Sample
 from pft_exec.execution.grasping import GRIPPER_CLOSED, handles_objects
-from pft_exec.execution.injection import Sample
-from pft_exec.execution.scene_watch import SceneWatch
+from pft_exec.execution.safety.scene_watch import SceneWatch
 from pft_exec.execution.takeover import Takeover, plan_takeover
 from pft_exec.handoff import Decision, PolicySettings, TakeoverPolicy
 from pft_exec.learning import FlowTube

@@ -12,11 +12,10 @@ from time import perf_counter
 import numpy as np
 
 from pft_exec.control import Command
-from pft_exec.execution.faults import Fault
+from pft_exec.execution.faults import Fault, FaultInjector
 from pft_exec.execution.handling import Handling
-from pft_exec.execution.injection import FaultInjector
 from pft_exec.execution.log import LogRecorder, Stage
-from pft_exec.execution.plausibility import StateGuard
+from pft_exec.execution.safety.plausibility import StateGuard
 from pft_exec.execution.surroundings import Surroundings
 from pft_exec.geometry import Array, Pose
 from pft_exec.model import Arm

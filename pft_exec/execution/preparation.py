@@ -10,8 +10,8 @@ from pft_exec.demonstration import Scene
 from pft_exec.description import Setting, TaskDescription, draw_setting, nominal_setting, random_stream, setting_from
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution.grasping import set_up_motion
-from pft_exec.execution.guiding import lead_there
-from pft_exec.execution.hand_path import HandPath, plan_hand_paths, resting_posture
+from pft_exec.execution.hand.guiding import lead_there
+from pft_exec.execution.hand.hand_path import HandPath, plan_hand_paths, resting_posture
 from pft_exec.execution.refusal import refusal
 from pft_exec.geometry import Pose
 from pft_exec.learning.motion import substituted

@@ -8,7 +8,7 @@ from pft_exec.demonstration.synthetic import STEADY
 from pft_exec.description import Setting, path_is_free
 from pft_exec.description.nearest import nearest_setting, told_placement
 from pft_exec.exceptions import UnreachableError
-from pft_exec.execution.hand_path import plan_hand_paths
+from pft_exec.execution.hand.hand_path import plan_hand_paths
 from pft_exec.simulation import World
 
 

@@ -21,8 +21,8 @@ from pft_exec.exceptions import LearningError, StorageError, UnreachableError
 from pft_exec.execution.control_loop import SAMPLE_PERIOD, ControlLoop, Observer
 from pft_exec.execution.faults import Fault
 from pft_exec.execution.grasping import GRIPPER_CLOSED, handles_objects
-from pft_exec.execution.guiding import GuidingFigures, guiding_figures, lead, lead_there, measure_swivel_drift
-from pft_exec.execution.hand_path import Hand, HandPath, plan_hand_paths
+from pft_exec.execution.hand.guiding import GuidingFigures, guiding_figures, lead, lead_there, measure_swivel_drift
+from pft_exec.execution.hand.hand_path import Hand, HandPath, plan_hand_paths
 from pft_exec.execution.refusal import refusal
 from pft_exec.simulation import World, check_reach
 

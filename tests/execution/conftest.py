@@ -10,7 +10,7 @@ import pytest
 from pft_exec.demonstration import Demonstration
 from pft_exec.description import draw_settings, random_stream
 from pft_exec.exceptions import UnreachableError
-from pft_exec.execution.hand_path import plan_hand_path
+from pft_exec.execution.hand.hand_path import plan_hand_path
 from pft_exec.learning import MotionLibrary, learn_library
 from pft_exec.simulation import World
 

@@ -12,7 +12,7 @@ from pft_exec.description import draw_scene, draw_settings, load_task, random_st
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution import ControlLoop, execute, prepare, teach
 from pft_exec.execution.grasping import GRIPPER_CLOSED, GripperReplay, GripperWait, handles_objects
-from pft_exec.execution.hand_path import Hand, plan_hand_paths
+from pft_exec.execution.hand.hand_path import Hand, plan_hand_paths
 from pft_exec.execution.preparation import trade_places
 from pft_exec.execution.pursuit import Instant
 from pft_exec.geometry import Pose

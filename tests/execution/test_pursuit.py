@@ -10,7 +10,7 @@ from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.log import ExecutionLog, Stage
 from pft_exec.execution.preparation import prepare
 from pft_exec.execution.pursuit import GO_ON, Instant, Outcome, Pursuit, Verdict
-from pft_exec.execution.stopping import stop
+from pft_exec.execution.safety.stopping import stop
 from pft_exec.execution.takeover import plan_takeover
 from pft_exec.learning import MotionLibrary
 from pft_exec.simulation import World

@@ -8,7 +8,7 @@ import pytest
 from pft_exec.demonstration import Scene
 from pft_exec.exceptions import ControlError, UnknownMotionError
 from pft_exec.execution import ExecutionLog, Stage, assist, execute, prepare
-from pft_exec.execution.person import TakeBackPlan
+from pft_exec.execution.hand.person import TakeBackPlan
 from pft_exec.geometry import Pose
 from pft_exec.learning import MotionLibrary
 from pft_exec.simulation import Push, World

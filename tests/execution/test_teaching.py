@@ -17,9 +17,10 @@ from pft_exec.exceptions import (
     UnknownMotionError,
     UnreachableError,
 )
-from pft_exec.execution import GuidingFigures, hand_path, teach
-from pft_exec.execution.guiding import swivel_between
-from pft_exec.execution.hand_path import Hand, lead_motion, plan_hand_path, resting_posture
+from pft_exec.execution import GuidingFigures, teach
+from pft_exec.execution.hand import hand_path
+from pft_exec.execution.hand.guiding import swivel_between
+from pft_exec.execution.hand.hand_path import Hand, lead_motion, plan_hand_path, resting_posture
 from pft_exec.geometry import Pose, geodesic_distance, quaternion_from_rotation_vector
 from pft_exec.simulation import World
 

@@ -10,7 +10,7 @@ from pft_exec.demonstration.synthetic import STEADY, human_path
 from pft_exec.description import Setting, draw_scene, draw_settings, load_task, random_stream, resolve_waypoints
 from pft_exec.evaluation.measurements import found_relations
 from pft_exec.exceptions import UnreachableError
-from pft_exec.execution.hand_path import plan_hand_paths
+from pft_exec.execution.hand.hand_path import plan_hand_paths
 from pft_exec.geometry import Array, Pose
 from pft_exec.learning import learn_motion
 from pft_exec.simulation import World

@@ -8,7 +8,7 @@ import pytest
 from pft_exec.description import Measured, draw_setting, judge_motion, load_task, random_stream, resolve_waypoints
 from pft_exec.evaluation.table3 import MOTIONS
 from pft_exec.exceptions import UnreachableError
-from pft_exec.execution.hand_path import plan_hand_path
+from pft_exec.execution.hand.hand_path import plan_hand_path
 from pft_exec.geometry import Array, Pose
 from pft_exec.model import load_robot
 from pft_exec.report.check import check_description

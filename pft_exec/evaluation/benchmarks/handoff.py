@@ -247,7 +247,7 @@ def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -
     The step, N m, is that of any joint's torque from one period to the next: by itself, and by how much it is more than
     the push has put on that joint. Floating means less than 0.5 N m left in every joint of what pulled to the tube.
     """
-    from pft_exec.execution.yielding import Yielding
+    from pft_exec.execution.safety.yielding import Yielding
 
     on_tube = start.target.at(0.0)
     controller, plant = TrackingController(arm, PERIOD), Plant(arm, on_tube.configuration, mismatch, seed)

@@ -7,8 +7,7 @@ import pytest
 
 from pft_exec.control import QuadraticProgram, Solution
 from pft_exec.exceptions import ControlError, UnknownNameError
-from pft_exec.execution.faults import KINDS, Fault, draw_fault
-from pft_exec.execution.injection import FaultInjector, Sample
+from pft_exec.execution.faults import KINDS, Fault, FaultInjector, Sample, draw_fault
 from pft_exec.execution.log import LogRecorder
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition import Belief

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pft_exec.execution.control_loop import ControlLoop
-from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.grasping import GripperReplay, GripperWait
-from pft_exec.execution.person import Person
+from pft_exec.execution.hand.person import Person
 from pft_exec.execution.pursuit import Attendant, Outcome, Pursuit, Supervisor
-from pft_exec.execution.supervisor import SafetySupervisor
+from pft_exec.execution.safety.force_watch import ForceWatch
+from pft_exec.execution.safety.supervisor import SafetySupervisor
 from pft_exec.execution.takeover import Takeover
 from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube

@@ -13,9 +13,9 @@ from pft_exec.control import GravityCompensation
 from pft_exec.description import Setting
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.grasping import set_up_motion
-from pft_exec.execution.hand_path import Hand, HandPath
+from pft_exec.execution.hand.hand_path import Hand, HandPath
 from pft_exec.execution.log import Stage
-from pft_exec.execution.stopping import stop
+from pft_exec.execution.safety.stopping import stop
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 from pft_exec.simulation import HandGuide, World

@@ -14,7 +14,7 @@ import numpy as np
 from pft_exec.demonstration import Scene
 from pft_exec.exceptions import ControlError, UnreachableError
 from pft_exec.execution.control_loop import ControlLoop
-from pft_exec.execution.hand_path import Hand, lead_motion
+from pft_exec.execution.hand.hand_path import Hand, lead_motion
 from pft_exec.execution.pursuit import Instant
 from pft_exec.geometry import Array, Pose
 from pft_exec.recognition import Belief

@@ -6,8 +6,8 @@ import numpy as np
 
 from pft_exec.control import GravityCompensation
 from pft_exec.execution.control_loop import ControlLoop
-from pft_exec.execution.force_watch import BLUNTEST, ForceWatch
-from pft_exec.execution.yielding import CALM
+from pft_exec.execution.safety.force_watch import BLUNTEST, ForceWatch
+from pft_exec.execution.safety.yielding import CALM
 from pft_exec.geometry import Array
 from pft_exec.handoff import TakeBack
 from pft_exec.handoff.take_back import THRESHOLD, USUAL_LIMIT

@@ -21,8 +21,8 @@ import numpy as np
 
 from pft_exec.control import Command
 from pft_exec.execution.log import LogRecorder
-from pft_exec.execution.plausibility import COAST_TIME, StateGuard
 from pft_exec.execution.pursuit import GO_ON, Instant, Verdict
+from pft_exec.execution.safety.plausibility import COAST_TIME, StateGuard
 from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 

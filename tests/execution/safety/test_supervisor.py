@@ -9,9 +9,9 @@ import pytest
 
 from pft_exec.control import Command
 from pft_exec.execution.log import LogRecorder, Stage
-from pft_exec.execution.plausibility import StateGuard
 from pft_exec.execution.pursuit import Instant
-from pft_exec.execution.supervisor import (
+from pft_exec.execution.safety.plausibility import StateGuard
+from pft_exec.execution.safety.supervisor import (
     COAST_TIME,
     EXHAUSTED_TIME,
     FALLBACK_TIME,

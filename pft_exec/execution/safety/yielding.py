@@ -10,8 +10,8 @@ import numpy as np
 from pft_exec.control import Command, GravityCompensation
 from pft_exec.control.friction import friction_torque
 from pft_exec.execution.control_loop import ControlLoop
-from pft_exec.execution.force_watch import ForceWatch
 from pft_exec.execution.log import Stage
+from pft_exec.execution.safety.force_watch import ForceWatch
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 

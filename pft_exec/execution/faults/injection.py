@@ -10,7 +10,7 @@ import numpy as np
 
 from pft_exec.control import QuadraticProgram, Solution, Solver
 from pft_exec.demonstration import Scene
-from pft_exec.execution.faults import Fault
+from pft_exec.execution.faults.fault import Fault
 from pft_exec.execution.log import LogRecorder
 from pft_exec.geometry import Array, Pose
 from pft_exec.learning.flow_tube import FlowTube

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pft_exec.execution.plausibility import StateGuard
+from pft_exec.execution.safety.plausibility import StateGuard
 from pft_exec.model import load_robot
 
 PERIOD = 0.002

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pft_exec.demonstration import Scene
-from pft_exec.execution.scene_watch import SceneWatch
+from pft_exec.execution.safety.scene_watch import SceneWatch
 from pft_exec.geometry import Pose
 
 HERE, THERE, FAR = Pose((0.5, 0.0, 0.7)), Pose((0.6, 0.1, 0.7)), Pose((0.0, 0.0, 1.0))
