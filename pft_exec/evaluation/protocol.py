@@ -5,7 +5,8 @@ Fractions of a motion count samples: row ``ceil(f T) - 1`` is what is known afte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.evaluation.trace import Classifier, Trace
+from pft_exec.evaluation.trace import Classifier, Learn, Trace
 from pft_exec.geometry import Array
 
 FRACTIONS = (0.1, 0.3, 0.5, 0.75, 1.0)
@@ -63,6 +64,24 @@ class Score:
 def traces(classifier: Classifier, tests: Sequence[Demonstration]) -> list[Trace]:
     """Answers along each test."""
     return [classifier.recognize(test) for test in tests]
+
+
+def judge(
+    learn: Learn, splits: Iterable[tuple[Sequence[Demonstration], Sequence[Demonstration]]], learning: list[float]
+) -> Score:
+    """One method over splits into what it learns from and what it is asked; all answers count together.
+
+    The seconds that each learning took are appended to `learning`.
+    """
+    answers: list[Trace] = []
+    truth: list[str] = []
+    for train, tests in splits:
+        begin = time.perf_counter()
+        classifier = learn(train)
+        learning.append(time.perf_counter() - begin)
+        answers += traces(classifier, tests)
+        truth += [test.label for test in tests]
+    return score(answers, truth)
 
 
 def score(answers: Sequence[Trace], truth: Sequence[str]) -> Score:

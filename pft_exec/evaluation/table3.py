@@ -11,7 +11,6 @@ motion is a candidate in every scene.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,7 +23,7 @@ from pft_exec.demonstration.segmentation import without_idle_ends
 from pft_exec.description import draw_scene, load_task, random_stream
 from pft_exec.evaluation.lessons import Lesson, Taught, give_lessons
 from pft_exec.evaluation.methods import method_named
-from pft_exec.evaluation.protocol import FRACTIONS, Progress, Score, Summary, score, silent, traces
+from pft_exec.evaluation.protocol import FRACTIONS, Progress, Summary, judge, silent
 
 MOTIONS = {
     "ball_to_bin": "ball_bin",
@@ -205,7 +204,7 @@ def with_bystanders(demonstration: Demonstration, seed: int, number: int) -> Dem
 def _judged(condition: str, trials: Sequence[list[list[Demonstration]]], methods: Sequence[str]) -> Table3:
     learning: dict[str, list[float]] = {method: [] for method in methods}
     scores = {
-        method: tuple(_score(method, list(_splits(groups)), learning[method]) for groups in trials)
+        method: tuple(judge(method_named(method), _splits(groups), learning[method]) for groups in trials)
         for method in methods
     }
     summaries = {method: Summary(method, values) for method, values in scores.items()}
@@ -217,20 +216,6 @@ def _splits(groups: Sequence[Sequence[Demonstration]]) -> Iterator[tuple[list[De
         train = [trial for group in groups for i, trial in enumerate(group) if i % FOLDS == fold]
         tests = [trial for group in groups for i, trial in enumerate(group) if i % FOLDS != fold]
         yield train, tests
-
-
-def _score(
-    method: str, splits: Sequence[tuple[list[Demonstration], list[Demonstration]]], learning: list[float]
-) -> Score:
-    """One method over the splits of one seed; the tests of all splits count together."""
-    answers, truth = [], []
-    for train, tests in splits:
-        begin = time.perf_counter()
-        classifier = method_named(method)(train)
-        learning.append(time.perf_counter() - begin)
-        answers += traces(classifier, tests)
-        truth += [test.label for test in tests]
-    return score(answers, truth)
 
 
 def _seconds(summary: Summary) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from pft_exec.demonstration import Demonstration
 from pft_exec.evaluation.methods import METHODS, method_named
 from pft_exec.evaluation.planar import SCENE_MOTIONS, VARYING_MOTIONS, scene_trials, varying_trials
-from pft_exec.evaluation.protocol import FRACTIONS, Progress, Score, Summary, score, silent, traces
+from pft_exec.evaluation.protocol import FRACTIONS, Progress, Score, Summary, judge, silent
 
 TRAINED = 30  # of 50 trials of each motion in varying scenes, 20 test
 FOLDS = 5  # of 25 trials of each motion in one scene: 5 train, 20 test
@@ -130,25 +129,11 @@ def _run(name: str, seeds: int, methods: Sequence[str], progress: Progress) -> T
         parts = list(splits(seed))
         for place, method in enumerate(methods):
             progress(f"{name}, seed {seed + 1} of {seeds}: {method}", (seed + place / len(methods)) / seeds)
-            judged = _judge(method, parts, learning[method])
+            judged = judge(method_named(method), parts, learning[method])
             scores[method].append(judged)
     progress(name, 1.0)
     summaries = {method: Summary(method, tuple(values)) for method, values in scores.items()}
     return TableResult(name, summaries, {method: float(np.mean(values)) for method, values in learning.items()})
-
-
-def _judge(
-    method: str, parts: Sequence[tuple[list[Demonstration], list[Demonstration]]], learning: list[float]
-) -> Score:
-    """One method over the splits of one seed; the tests of all splits count together."""
-    answers, truth = [], []
-    for train, tests in parts:
-        begin = time.perf_counter()
-        classifier = method_named(method)(train)
-        learning.append(time.perf_counter() - begin)
-        answers += traces(classifier, tests)
-        truth += [test.label for test in tests]
-    return score(answers, truth)
 
 
 def _varying_splits(seed: int) -> Iterator[tuple[list[Demonstration], list[Demonstration]]]:
