@@ -24,40 +24,40 @@ def passive_torque(springs: Array, bias: Array, coulomb: Array, viscous: Array, 
 
 
 @njit(cache=True, fastmath=False)
-def follow_residual(
-    residual: Array, share: float, mass_matrix: Array, change: Array, passive: Array, torque: Array, period: float
-) -> Array:
-    """Residual (n,), N m, after a control period in which the velocity changed by (n,), rad/s."""
-    after = np.empty(len(change))
+def unexplained_torque(mass_matrix: Array, change: Array, passive: Array, torque: Array, period: float) -> Array:
+    """Torque (n,), N m, that explains a change of velocity (n,), rad/s, in a control period, besides what is known."""
+    rest = np.empty(len(change))
     for k in range(len(change)):
         inertial = 0.0
         for j in range(len(change)):
             inertial += mass_matrix[k, j] * change[j]
-        after[k] = residual[k] + share * (inertial / period - passive[k] - torque[k] - residual[k])
-    return after
+        rest[k] = inertial / period - passive[k] - torque[k]
+    return rest
 
 
 @njit(cache=True, fastmath=False)
-def wrench_of(mass_matrix: Array, jacobian: Array, torque: Array) -> Array:
-    """Solve ``(J M^-1 J^T + eps) F = J M^-1 r`` for F (6,), N and N m, with a torque r (n,), N m."""
+def wrenches_of(mass_matrix: Array, jacobian: Array, torques: Array) -> Array:
+    """Solve ``(J M^-1 J^T + eps) F = J M^-1 r`` for F (m, 6), N and N m, with torques r (m, n), N m."""
     factor = mass_matrix.copy()
     factorize(factor)
-    rest = torque.copy()
-    substitute_forward(factor, rest)
-    rows = np.empty((6, len(rest)))  # L^-1 J^T, transposed
+    rows = np.empty((6, len(factor)))  # L^-1 J^T, transposed
+    square = 1e-9 * np.eye(6)
     for i in range(6):
         rows[i] = jacobian[i]
         substitute_forward(factor, rows[i])
-    square, wrench = 1e-9 * np.eye(6), np.zeros(6)
-    for i in range(6):
-        for k in range(len(rest)):
-            wrench[i] += rows[i, k] * rest[k]
+        for k in range(len(factor)):
             for j in range(i + 1):
                 square[i, j] += rows[i, k] * rows[j, k]
     factorize(square)
-    substitute_forward(square, wrench)
-    substitute_back(square, wrench)
-    return wrench
+    wrenches, rest = np.zeros((len(torques), 6)), torques.copy()
+    for m in range(len(torques)):
+        substitute_forward(factor, rest[m])
+        for i in range(6):
+            for k in range(len(factor)):
+                wrenches[m, i] += rows[i, k] * rest[m, k]
+        substitute_forward(square, wrenches[m])
+        substitute_back(square, wrenches[m])
+    return wrenches
 
 
 @njit(cache=True, fastmath=False)
@@ -69,7 +69,7 @@ def feel(
     friction: tuple[Array, Array],
     torque: Array,
     period: float,
-) -> tuple[Array, Array, Array, Array]:
+) -> tuple[Array, Array, Array]:
     """One step of the observer.
 
     Parameters
@@ -87,13 +87,19 @@ def feel(
 
     Returns
     -------
-    residual : (n,); passive : (n,); force, moment : (3,)
+    residual : (n,)
+    passive : (n,)
+    wrenches : (2, 6)
+        Of the residual, and of the period alone; the former's where the residual is left.
     """
     mass_matrix, bias, jacobian, springs, v = now
-    residual = follow_residual(residual, share, before[0], v - before[1], before[2], torque, period)
-    wrench = wrench_of(mass_matrix, jacobian, residual)
+    torques = np.empty((2, len(v)))
+    torques[0], torques[1] = residual, residual
+    if share > 0.0:
+        torques[1] = unexplained_torque(before[0], v - before[1], before[2], torque, period)
+        torques[0] += share * (torques[1] - torques[0])
     passive = passive_torque(springs, bias, friction[0], friction[1], v)
-    return residual, passive, wrench[:3].copy(), wrench[3:].copy()
+    return torques[0].copy(), passive, wrenches_of(mass_matrix, jacobian, torques)
 
 
 @njit(cache=True, fastmath=False)
@@ -106,6 +112,18 @@ def follow_means(mean: Array, mean_force: Array, variance: float, torque: Array,
         mean_force[k] += share * (force[k] - mean_force[k])
         square += (force[k] - mean_force[k]) ** 2
     return variance + share * (square - variance)
+
+
+@njit(cache=True, fastmath=False)
+def gather(total: Array, force: Array, allowed: float, period: float) -> tuple[Array, float]:
+    """Add a force (3,), N, for a period, s, to an impulse (3,), N s, but for what is allowed, N; with its size."""
+    after, square = np.empty(len(total)), 0.0
+    for k in range(len(total)):
+        after[k] = total[k] + period * force[k]
+        square += after[k] ** 2
+    size = math.sqrt(square)
+    left = max(size - period * allowed, 0.0)
+    return after * (left / max(size, 1e-12)), left
 
 
 @njit(cache=True, fastmath=False)

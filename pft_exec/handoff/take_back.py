@@ -6,19 +6,21 @@ from outside:
 .. math:: r \leftarrow r + (1 - e^{-\lambda h})\,(M \tfrac{\Delta v}{h} + b - \tau - \tau_{cb} + f - r),
 
 the generalized momentum observer [DeLuca2005]_ in discrete time, with control period h and bandwidth :math:`\lambda`.
-The force at the tool is the least-squares solution of :math:`J^T F = r`, weighed by the inverse inertia.
+The force at the tool is the least-squares solution of :math:`J^T F = r`, weighed by the inverse inertia. The low pass
+costs a strong push several milliseconds, which `SuddenPush` does without.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pft_exec.exceptions import ControlError
 from pft_exec.geometry import Array
-from pft_exec.handoff.felt import feel, follow_within, wrench_of
+from pft_exec.handoff.felt import feel, follow_within, wrenches_of
+from pft_exec.handoff.sudden_push import SuddenPush
 from pft_exec.model import Arm, ArmDynamics
 
 BANDWIDTH = 220.0
@@ -45,11 +47,14 @@ class ExternalForce:
         At the tool, base frame.
     moment : (3,), N m
         At the tool, base frame.
+    sudden : (3,), N
+        The force of the last control period alone: at once, but with all the noise.
     """
 
     torque: Array
     force: Array
     moment: Array
+    sudden: Array
 
 
 class ForceObserver:
@@ -79,7 +84,7 @@ class ForceObserver:
         self._friction = arm.friction.coulomb, arm.friction.viscous
         self._before: tuple[Array, Array, Array] | None = None
         """At the last call: mass matrix, velocity, torque of all but the motors."""
-        self._estimate = ExternalForce(self._residual, np.zeros(3), np.zeros(3))
+        self._estimate = ExternalForce(self._residual, *np.zeros((3, 3)))
 
     def update(self, q: Array, v: Array, torque: Array | None) -> ExternalForce:
         """Estimate from a measured state and the motor torque that led to it.
@@ -93,6 +98,7 @@ class ForceObserver:
         """
         if not math.isfinite(q.dot(v)):  # of any number that is not finite, neither is the product
             self._before = None
+            self._estimate = replace(self._estimate, sudden=self._estimate.force)
             return self._estimate
         dynamics = self.arm.dynamics(q, v)
         speed = v.copy()
@@ -102,15 +108,16 @@ class ForceObserver:
         else:
             share, before = self._share, self._before
         felt = feel(self._residual, share, before, now, self._friction, torque, self.control_period)
-        self._residual, passive, force, moment = felt
+        self._residual, passive, (smooth, alone) = felt
         self._before = dynamics.mass_matrix, speed, passive
-        self._estimate = ExternalForce(self._residual, force, moment)
+        self._estimate = ExternalForce(self._residual, smooth[:3], smooth[3:], alone[:3])
         return self._estimate
 
 
 def tool_wrench(dynamics: ArmDynamics, torque: Array) -> Array:
     """Wrench (6,) at the tool, N and N m, base frame, that explains joint torques (n,) best."""
-    return wrench_of(dynamics.mass_matrix, dynamics.jacobian, torque)
+    wrench: Array = wrenches_of(dynamics.mass_matrix, dynamics.jacobian, torque[None])[0]
+    return wrench
 
 
 class TakeBack:
@@ -119,6 +126,8 @@ class TakeBack:
     What lasts is not a person but a model that is wrong (a payload that nobody told of, friction): the mean of the last
     moments, up to a limit, is taken off. A push counts from the threshold on, one that grows slowly at the latest from
     threshold and limit together. While the hand that led still lets go, nothing counts.
+
+    A push that is told period by period, unsmoothed, counts as soon as its impulse beyond the threshold stands out.
 
     Parameters
     ----------
@@ -143,29 +152,42 @@ class TakeBack:
         self._since: float | None = None
         self._before: float | None = None
         self._waits_until = -math.inf
+        self._sudden = SuddenPush(hold_time)
 
     def wait(self, until: float) -> None:
         """Let nothing count until the force has been small once, or until a time, s."""
         self._waits_until = until
         self._since, self._before, self.usual = None, None, np.zeros(3)
+        self._sudden.forget()
 
     def resume(self, usual: Array, threshold: float) -> None:
         """Begin again with a force (3,), N, that is usual, and another threshold, N."""
         self.threshold, self.usual = threshold, follow_within(usual, usual, 0.0, USUAL_LIMIT)
         self._since, self._before, self._waits_until = None, None, -math.inf
+        self._sudden.forget()
 
-    def update(self, time: float, force: Array) -> bool:
-        """Whether a force (3,), N, base frame, has been above the threshold for the hold time, at a time, s."""
+    def update(self, time: float, force: Array, sudden: Array | None = None) -> bool:
+        """Whether the person takes back.
+
+        Parameters
+        ----------
+        time : float, s
+        force : (3,), N
+            Felt, base frame; counts when it has been above the threshold for the hold time.
+        sudden : (3,), N, or None
+            Of the last control period alone.
+        """
         is_strong = math.dist(force.tolist(), self.usual.tolist()) >= self.threshold
         if time < self._waits_until:
             self._waits_until = self._waits_until if is_strong else -math.inf
             return False
+        is_sudden = sudden is not None and self._sudden.update(time, sudden - self.usual, self.threshold)
         if not is_strong:
             self._get_used_to(time, force)
             self._since = None
-            return False
+            return is_sudden
         self._since = time if self._since is None else self._since
-        return time - self._since >= self.hold_time - 1e-9
+        return is_sudden or time - self._since >= self.hold_time - 1e-9
 
     def _get_used_to(self, time: float, force: Array) -> None:
         elapsed = 0.0 if self._before is None else time - self._before

@@ -68,6 +68,22 @@ def test_a_lasting_force_above_the_threshold_takes_back_and_an_impact_does_not()
     assert not take_back.update(0.011, strong)
 
 
+def test_a_push_of_twenty_newtons_takes_back_in_half_the_time_where_it_is_told_period_by_period(arm, start):
+    """The low pass alone needs nine milliseconds."""
+    plant, observer, torque = Plant(arm, start), ForceObserver(arm, 0.001), None
+    smooth, sudden, felt = TakeBack(), TakeBack(), {}
+    for step in range(120):
+        external = observer.update(plant.q, plant.v, torque)
+        if smooth.update(0.001 * step, external.force):
+            felt.setdefault("smooth", step - 100)
+        if sudden.update(0.001 * step, external.force, external.sudden):
+            felt.setdefault("sudden", step - 100)
+        torque = arm.gravity(plant.q) - arm.counterbalance(plant.q)
+        plant.step(torque, np.array([0.0, 25.0 if step >= 100 else 0.0, 0.0]))
+    assert 0 < felt["sudden"] <= 6
+    assert felt["smooth"] >= felt["sudden"] + 3
+
+
 def test_a_push_of_twenty_newtons_takes_back_within_twenty_milliseconds(arm, start):
     """On the arm as it is, with its dry friction."""
     seen = estimates(arm, Plant(arm, start), np.array([0.0, 25.0, 0.0]))

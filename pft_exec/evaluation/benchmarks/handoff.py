@@ -23,7 +23,14 @@ PERIOD = 0.001
 """s; control period and physics step."""
 _SETTLED = 0.05  # s after the join that are still looked at
 _FADES = (0.0, 0.15, 0.3)  # s
-_TAKEN = ("felt ms, median", "free ms, median", "free ms, longest", "torque step N m, largest", "beyond the push")
+_TAKEN = (
+    "felt ms, median",
+    "free ms, median",
+    "free ms, longest",
+    "torque step N m, largest",
+    "of slow joints",
+    "beyond the push",
+)
 _HAND = 8.0  # N of a hand that lets go
 _MISMATCHES = {
     "perfect": Mismatch(),
@@ -37,6 +44,7 @@ _PUSHED = {
     "none, payload 0.5 kg unknown": (0.0, Mismatch(payload=0.5)),
     "20 N": (20.0, Mismatch()),
     "20 N, friction 20 % wrong": (20.0, Mismatch(friction=1.2)),
+    "20 N, friction 20 % wrong, noise": (20.0, Mismatch(friction=1.2, noise=1e-4)),
     "40 N": (40.0, Mismatch()),
     "40 N, friction 20 % wrong": (40.0, Mismatch(friction=1.2)),
 }
@@ -232,44 +240,46 @@ def _take_back_row(
     rng, seen = np.random.default_rng([seed, 37]), []
     for number in range(PUSHES):
         seen.append(_push(arm, starts[number % len(starts)], force * _direction(rng), mismatch, seed + number))
-    taken = np.array([row for row in seen if row is not None]).reshape(-1, 4)
+    taken = np.array([row for row in seen if row is not None]).reshape(-1, 5)
     row: dict[str, Any] = {"push": name, "taken back %": 100.0 * len(taken) / PUSHES}
     if not len(taken):
         return row | dict.fromkeys(_TAKEN, "-")
     felt, free = 1e3 * taken[:, 0], 1e3 * taken[:, 1]
-    figures = (np.median(felt), np.median(free), free.max(), taken[:, 2].max(), taken[:, 3].max())
+    figures = (np.median(felt), np.median(free), free.max(), *taken[:, 2:].max(axis=0))
     return row | {column: float(figure) for column, figure in zip(_TAKEN, figures, strict=True)}
 
 
 def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -> tuple[float, ...] | None:
-    """Times from the push to the take-back and to floating, s, and the largest torque step then; None: not felt.
+    """Times from the push to the take-back and to floating, s, and the largest torque steps then; None: not felt.
 
-    The step, N m, is that of any joint's torque from one period to the next: by itself, and by how much it is more than
-    the push has put on that joint. Floating means less than 0.5 N m left in every joint of what pulled to the tube.
+    The step, N m, is that of any joint's torque from one period to the next: by itself, of joints that the push has not
+    brought near their velocity limits, and by how much it is more than the push has put on that joint. Floating means
+    less than 0.5 N m left in every joint of what pulled to the tube.
     """
-    from pft_exec.execution.safety.yielding import Yielding
+    from pft_exec.execution.safety.yielding import RACING_SHARE, Yielding
 
     on_tube = start.target.at(0.0)
     controller, plant = TrackingController(arm, PERIOD), Plant(arm, on_tube.configuration, mismatch, seed)
     plant.v = np.array(on_tube.velocity)
     controller.follow(start.target.at, start.place.compliance, 0.0, blend=False)
     observer, take_back, yielding = ForceObserver(arm, PERIOD), TakeBack(), Yielding(arm, PERIOD)
-    begin, step, beyond = 0.3, 0.0, 0.0
+    begin, steps = 0.3, np.zeros(3)
     felt: float | None = None
     command: Command | None = None
     for k in range(600):
         now, (q, v) = k * PERIOD, plant.sense()
         external = observer.update(q, v, None if command is None else command.torque)
-        if felt is None and take_back.update(now, external.force):
+        if felt is None and take_back.update(now, external.force, external.sudden):
             felt = now
             yielding.begin(now, command)
         before = command
         command = controller.update(now, q, v) if felt is None else yielding.update(now, q, v)
         if felt is not None and before is not None:
             change = np.abs(command.torque - before.torque)
-            step = max(step, float(change.max()))
-            beyond = max(beyond, float((change - np.abs(arm.jacobian(q)[:3].T @ force)).max()))
+            slow = change * (np.abs(v) < RACING_SHARE * arm.limits.velocity)
+            beyond = change - np.abs(arm.jacobian(q)[:3].T @ force)
+            steps = np.maximum(steps, [change.max(), slow.max(), beyond.max()])
             if yielding.is_free:
-                return felt - begin, now - begin, step, beyond
+                return felt - begin, now - begin, *(float(value) for value in steps)
         plant.act(command.torque, force if begin <= now < begin + 0.2 else 0.0 * force, 1)
     return None

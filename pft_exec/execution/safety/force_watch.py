@@ -46,6 +46,7 @@ class ForceWatch:
         self._take_back = TakeBack(threshold)
         self.force: Array = np.zeros(3)
         """(3,), N: estimate at the tool, base frame."""
+        self._sudden: Array = np.zeros(3)
         self._threshold = threshold
         self._share = 1.0 - math.exp(-loop.world.control_period / REST_TIME)
         self._mean = np.zeros(len(loop.arm.joint_names))
@@ -71,7 +72,7 @@ class ForceWatch:
         if self.loop.guard.doubt > 0.0:
             q = np.full_like(q, np.nan)  # what is only believed of the joints' motion says nothing of forces
         felt = self._observer.update(q, v, None if command is None else command.torque)
-        self.force = felt.force
+        self.force, self._sudden = felt.force, felt.sudden
         means = self._mean, self._mean_force, self._variance
         self._variance = follow_means(*means, felt.torque, felt.force, self._share)
 
@@ -107,6 +108,6 @@ class ForceWatch:
     def supervise(self, now: Instant) -> Verdict:
         """Take back where a force above the threshold lasts."""
         self.feel(now.configuration, now.velocity, now.command)
-        if not self._take_back.update(now.time, self.force):
+        if not self._take_back.update(now.time, self.force, self._sudden):
             return GO_ON
         return Verdict(ending="taken_back", reason=f"a force of {self.size:.0f} N at the tool: the person takes back")
