@@ -74,6 +74,13 @@ def sample_at(demonstrations: Sequence[Demonstration], phase: Array) -> AlignedS
     )
 
 
+def turn_weight(quaternion: Array | None) -> float:
+    """Extents that one radian counts as in demonstrations (K, N, 4); 0 where there is no orientation."""
+    if quaternion is None:
+        return 0.0
+    return 1.0 / max(float(geodesic_distance(quaternion[:, :1], quaternion).max()), TURN_SCALE)
+
+
 def warped_phases(path: Array, turns: Array | None, even: AlignedSet, passed: Array) -> Array:
     """Shares (K, N) of the even steps at which demonstrations pass the steps of paths predicted for them.
 
@@ -90,9 +97,7 @@ def warped_phases(path: Array, turns: Array | None, even: AlignedSet, passed: Ar
     steps = path.shape[1]
     extent = max(float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1))), 1e-12)
     clock = np.stack([TIME_WEIGHT * np.linspace(0.0, 1.0, steps), LANDMARK_WEIGHT * passed], axis=1)
-    weight = 0.0
-    if turns is not None and even.quaternion is not None:
-        weight = 1.0 / max(float(geodesic_distance(even.quaternion[:, :1], even.quaternion).max()), TURN_SCALE)
+    weight = turn_weight(None if turns is None else even.quaternion)
     matched = [
         matched_samples(
             np.hstack([path[k] / extent, clock]),

@@ -14,6 +14,7 @@ from pft_exec.learning.alignment import AlignedSet
 from pft_exec.learning.endpoint import Poses, target_positions, target_turns
 from pft_exec.learning.experts import Experts, predict_positions, predict_turns
 from pft_exec.learning.stacking import ExpertErrors, blend_positions, blend_turns
+from pft_exec.learning.tempo import Tempo
 from pft_exec.learning.turning import turn_between, turn_by
 from pft_exec.learning.variables import START
 
@@ -55,12 +56,14 @@ class Prediction:
 class Weights:
     """How much each expert is believed at each step: position (N, E), turn (N, E') or None.
 
-    `target` in [0, 1] is how much the place that the motion variables ask for at the end is believed beside the blend.
+    `target` in [0, 1] is how much the place that the motion variables ask for at the end is believed beside the blend;
+    `tempo` is that of the demonstrations, or None where the blend's own predicts better.
     """
 
     position: Array
     turn: Array | None
     target: float = 1.0
+    tempo: Tempo | None = None
 
 
 def predict(experts: Experts, poses: Poses, leave_out: bool) -> Prediction:
@@ -87,10 +90,12 @@ def blend_experts(
     if end is not None:
         end = path[:, -1] + weights.target * (end - path[:, -1])
     path = _corrected(path, begin[:, :3], end, share)
-    if prediction.turn is None or weights.turn is None:
-        return Prediction(path, None)
-    end_turn = target_turns(experts.end, poses, count, leave_out)
-    turn = _corrected_turns(blend_turns(weights.turn, prediction.turn), begin[:, 3:], end_turn, share)
+    turn = None
+    if prediction.turn is not None and weights.turn is not None:
+        end_turn = target_turns(experts.end, poses, count, leave_out)
+        turn = _corrected_turns(blend_turns(weights.turn, prediction.turn), begin[:, 3:], end_turn, share)
+    if weights.tempo is not None:
+        path, turn = weights.tempo.given_to(path, turn, leave_out)
     return Prediction(path, turn)
 
 

@@ -15,6 +15,7 @@ from pft_exec.learning.blending import Prediction, Weights, blend_experts, predi
 from pft_exec.learning.endpoint import Poses, target_positions
 from pft_exec.learning.experts import Experts, predict_in_frames
 from pft_exec.learning.stacking import ExpertErrors, blend_positions
+from pft_exec.learning.tempo import Tempo
 
 
 def _own_axes_where_they_help(experts: Experts, errors: ExpertErrors) -> Experts:
@@ -67,7 +68,7 @@ class LeftOut:
     own: Array
 
 
-def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, overruled: bool) -> LeftOut:
+def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, tempo: Tempo, overruled: bool) -> LeftOut:
     """The experts that help, their weights, and the blend for each demonstrated scene from the others."""
     in_frames = predict_in_frames(experts, poses, len(even.position), leave_out=True)
     experts = _own_axes_where_they_help(experts, ExpertErrors(in_frames - even.position, experts.floor))
@@ -78,4 +79,14 @@ def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, overruled: b
     blended = blend_positions(weights.position, prediction.position)
     weights = replace(weights, target=_believed_target(experts, poses, blended, overruled))
     own = errors.cross_fitted - (blended - even.position)
-    return LeftOut(experts, weights, blend_experts(experts, poses, prediction, weights, leave_out=True), own)
+    blend = blend_experts(experts, poses, prediction, weights, leave_out=True)
+    paced = Prediction(*tempo.given_to(blend.position, blend.turn, leave_out=True))
+    if _is_clearly_worse(*(np.mean((said.position - even.position) ** 2, axis=(1, 2)) for said in (blend, paced))):
+        return LeftOut(experts, weights, blend, own)
+    return LeftOut(experts, replace(weights, tempo=tempo), paced, own)
+
+
+def _is_clearly_worse(without: Array, with_it: Array) -> bool:
+    """Whether errors (K,) grow by more than one standard error: less would be no reason to leave the rule."""
+    growth = with_it - without
+    return bool(growth.mean() > growth.std(ddof=1) / np.sqrt(len(growth)))

@@ -15,7 +15,15 @@ import numpy as np
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import MissingObjectError
 from pft_exec.geometry import Array, Pose
-from pft_exec.learning.alignment import STEPS, AlignedSet, moving_parts, sample_at, shared_names, warped_phases
+from pft_exec.learning.alignment import (
+    STEPS,
+    AlignedSet,
+    moving_parts,
+    sample_at,
+    shared_names,
+    turn_weight,
+    warped_phases,
+)
 from pft_exec.learning.averaging import average
 from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict
 from pft_exec.learning.carrying import carried_objects
@@ -48,6 +56,7 @@ from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
 from pft_exec.learning.pacing import Pacing, learn_pacing
 from pft_exec.learning.resampling import arc_length
 from pft_exec.learning.signals import SignalTubes, signal_tubes
+from pft_exec.learning.tempo import find_tempo
 from pft_exec.learning.turning import turn_by
 from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables
 
@@ -136,9 +145,11 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     names = tuple(dict.fromkeys([*variables.objects, *_handled(demonstrations, landmarks, even, poses, extent)]))
     experts = _make_experts(even, variables, names, poses | {START: first}, extent)
     poses[START] = _predicted_begin(start, poses, first, leave_out=True)
-    left_out = leave_one_out(experts, poses, even, variables.end.position.overruled)
+    passed = passed_landmarks(landmarks, STEPS)
+    tempo = find_tempo(even.position, even.quaternion, passed, extent * turn_weight(even.quaternion))
+    left_out = leave_one_out(experts, poses, even, tempo, variables.end.position.overruled)
     blend = left_out.blend
-    warped = warped_phases(blend.position, blend.turn, even, passed_landmarks(landmarks, STEPS))
+    warped = warped_phases(blend.position, blend.turn, even, passed)
     aligned = sample_at(moving, phases_at(warped, phases))
     share = _mean_clock(aligned)
     return RobustMotion(

@@ -108,7 +108,12 @@ def test_duplicated_samples_change_the_path_by_less_than_half_a_millimeter() -> 
         time = np.repeat(d.time, 2) + np.tile([0.0, 1e-6], len(d))
         doubled.append(
             replace(
-                d, time=time, position=d.position[index], quaternion=d.quaternion[index], continuous={}, discrete={}
+                d,
+                time=time,
+                position=d.position[index],
+                quaternion=d.quaternion[index],
+                continuous={name: values[index] for name, values in d.continuous.items()},
+                discrete={name: values[index] for name, values in d.discrete.items()},
             )
         )
     assert _gap(_tube(demonstrations, NEW["reach"]), _tube(doubled, NEW["reach"])) < 5e-4
