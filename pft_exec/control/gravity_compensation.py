@@ -11,6 +11,9 @@ heavy where only the elbow would swing,
 with a share of the Coulomb friction (less than all of it: the arm stays passive), a damping, and a damping of the
 motion that leaves the tool where it is; N projects onto the null space of the Jacobian, so no hand feels it. Derivation
 ours.
+
+Every damping D, of a hand's guidance, of a stop and of the walls, is taken in the form that a torque held for a period
+bears (`held_damping`): a light wrist at 500 Hz swung with the plain one, ever wider, past its velocity limit.
 """
 
 from __future__ import annotations
@@ -18,8 +21,9 @@ from __future__ import annotations
 import numpy as np
 
 from pft_exec.control.command import Command
+from pft_exec.control.held_damping import held_damping
 from pft_exec.geometry import Array
-from pft_exec.model import Arm, JointFriction
+from pft_exec.model import Arm, ArmDynamics, JointFriction
 
 TEACH_DAMPING = 0.3
 """N m s/rad; of every joint."""
@@ -37,8 +41,6 @@ WALL_DAMPING = 2.0
 """N m s/rad; of motion into the wall, so that the arm is not thrown back."""
 STOP_SHARE = 0.2
 """Share of its torque limit with which a joint that turns at 1 rad/s is braked in a stop."""
-STABLE_SHARE = 0.3
-"""Share of a joint's speed that damping takes away in a control period at most: more swings, delayed by a period."""
 
 
 class GravityCompensation:
@@ -95,12 +97,14 @@ class GravityCompensation:
     def _command(self, q: Array, v: Array, status: str) -> Command:
         limit = self.arm.limits.torque
         still = self.arm.dynamics(q, self._zero)
-        stable = STABLE_SHARE / self.period / np.diag(np.linalg.inv(still.mass_matrix))
-        torque = still.bias - self.arm.counterbalance(q) - self.wall_torque(q, v, stable)
+        spring, damping = self._wall(q, v)
+        torque = still.bias - self.arm.counterbalance(q) - spring
         if self.damping is None:
-            torque += guiding_torque(self.arm.friction, v, still.jacobian, still.mass_matrix, self.period)
+            torque += lightening_torque(self.arm.friction, v)
+            damping = damping + guiding_damping(still.jacobian)
         else:
-            torque -= np.minimum(self.damping, stable) * v
+            damping = damping + np.diag(np.broadcast_to(self.damping, q.shape))
+        torque -= held_damping(still.mass_matrix, damping, self.period) @ v
         return Command(
             torque=np.minimum(np.maximum(torque, -limit), limit),
             acceleration=self._zero,
@@ -117,23 +121,14 @@ class GravityCompensation:
             fallback=False,
         )
 
-    def wall_torque(self, q: Array, v: Array, stable: Array | float = np.inf) -> Array:
-        """Torque (n,), N m, towards the soft limits that the walls before them take away.
-
-        Parameters
-        ----------
-        q, v : (n,), rad, rad/s
-        stable : (n,), N m s/rad
-            Most damping that each joint bears.
-        """
+    def _wall(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """What the walls before the limits do: torque (n,), N m, to be taken away, and damping (n, n), N m s/rad."""
         above, below = q - self._highest, self._lowest - q
         if max(above.max(), below.max()) <= 0.0:
-            return self._zero
+            return self._zero, np.zeros((len(q), len(q)))
         depth = np.maximum(above, 0.0) - np.maximum(below, 0.0)
-        outward = np.where(depth * v > 0.0, v, 0.0)
-        damping = np.minimum(WALL_DAMPING, stable)
-        wall: Array = WALL_SHARE * self.arm.limits.torque / WALL_MARGIN * depth + damping * outward
-        return wall
+        spring: Array = WALL_SHARE * self.arm.limits.torque / WALL_MARGIN * depth
+        return spring, np.diag(np.where(depth * v > 0.0, WALL_DAMPING, 0.0))
 
 
 def stop_damping(arm: Arm) -> Array:
@@ -142,37 +137,31 @@ def stop_damping(arm: Arm) -> Array:
     return damping
 
 
-def guiding_torque(
-    friction: JointFriction, v: Array, jacobian: Array, mass_matrix: Array | None = None, period: float = 0.0
-) -> Array:
+def guiding_torque(friction: JointFriction, v: Array, dynamics: ArmDynamics, period: float) -> Array:
     """Torque (n,), N m, that lets a hand lead: see the formula of this module.
 
     Parameters
     ----------
     friction : JointFriction
     v : (n,), rad/s
-    jacobian : (6, n)
-    mass_matrix : (n, n), kg m^2, or None
-        The damping is no more than this inertia bears; None does not ask.
+    dynamics : ArmDynamics
+        Of the arm where it is: its Jacobian and its mass matrix.
     period : float, s
         For which the torque is held.
-
-    Notes
-    -----
-    Held for a period h, damping D takes the share of the eigenvalues of h M^-1 D from the speed at once; a light wrist
-    at 500 Hz swung with it, and passed its velocity limit.
     """
-    null = np.linalg.svd(jacobian)[2][6:]
-    lightening = FRICTION_SHARE * friction.coulomb * np.tanh(v / FRICTION_SPEED)
-    damping = TEACH_DAMPING * v + SWIVEL_DAMPING * (null.T @ (null @ v))
-    if mass_matrix is not None:
-        damping *= _bearable(mass_matrix, null, period)
-    torque: Array = lightening - damping
+    damping = held_damping(dynamics.mass_matrix, guiding_damping(dynamics.jacobian), period)
+    torque: Array = lightening_torque(friction, v) - damping @ v
     return torque
 
 
-def _bearable(mass_matrix: Array, null: Array, period: float) -> float:
-    """Share of the guiding damping, in (0, 1], that takes at most `STABLE_SHARE` of any speed away in a period."""
-    matrix = TEACH_DAMPING * np.eye(len(mass_matrix)) + SWIVEL_DAMPING * (null.T @ null)
-    largest = float(np.abs(np.linalg.eigvals(np.linalg.solve(mass_matrix, matrix))).max())
-    return min(1.0, STABLE_SHARE / max(period * largest, 1e-12))
+def lightening_torque(friction: JointFriction, v: Array) -> Array:
+    """Torque (n,), N m, that takes a share of the Coulomb friction off a hand at a velocity (n,), rad/s."""
+    torque: Array = FRICTION_SHARE * friction.coulomb * np.tanh(v / FRICTION_SPEED)
+    return torque
+
+
+def guiding_damping(jacobian: Array) -> Array:
+    """Damping (n, n), N m s/rad, under a hand: little of every joint, more of what the Jacobian (6, n) does not see."""
+    null = np.linalg.svd(jacobian)[2][6:]
+    damping: Array = TEACH_DAMPING * np.eye(jacobian.shape[1]) + SWIVEL_DAMPING * (null.T @ null)
+    return damping

@@ -175,7 +175,7 @@ class TrackingController:
     def _known_load(self, time: float, reference: JointReference, dynamics: ArmDynamics, q: Array, v: Array) -> Array:
         """What the motors must hold besides inertia, as far as the model knows, (n,), N m."""
         held = dynamics.bias - self.arm.counterbalance(q) + self._weight_to_come(time, q)
-        load: Array = held + self._blended(time, reference.velocity, v, dynamics.jacobian)
+        load: Array = held + self._blended(time, reference.velocity, v, dynamics)
         return load
 
     def _remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
@@ -204,14 +204,15 @@ class TrackingController:
         rest: Array = (1.0 - _smooth_step(x)) * (self._before.gravity(q) - self.arm.gravity(q))
         return rest
 
-    def _blended(self, time: float, reference_velocity: Array, v: Array, jacobian: Array) -> Array:
+    def _blended(self, time: float, reference_velocity: Array, v: Array, dynamics: ArmDynamics) -> Array:
         """Friction feed-forward coming in and what helped the hand going out, (n,), N m."""
         forward = friction_torque(self.arm.friction, reference_velocity)
         x = (time - self._blend_since) / BLENDING_TIME
         if x >= 1.0:
             return forward
         share = _smooth_step(x)
-        blended: Array = share * forward + (1.0 - share) * guiding_torque(self.arm.friction, v, jacobian)
+        guiding = guiding_torque(self.arm.friction, v, dynamics, self.control_period)
+        blended: Array = share * forward + (1.0 - share) * guiding
         return blended
 
     def _tracking(

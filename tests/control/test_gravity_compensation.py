@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pft_exec.control import GravityCompensation
-from pft_exec.control.gravity_compensation import FRICTION_SHARE, STABLE_SHARE, WALL_MARGIN, guiding_torque
+from pft_exec.control.gravity_compensation import FRICTION_SHARE, WALL_MARGIN, guiding_torque
+from pft_exec.control.held_damping import STABLE_SHARE, held_damping
 from pft_exec.model import load_robot
 from pft_exec.model.limits import JointFriction
 from tests.control.plant import Plant
@@ -83,26 +84,27 @@ def test_payload_is_carried_where_the_arm_knows_it(arm, start):
 def test_what_helps_the_hand_never_gives_more_than_friction_takes(arm, start):
     """Passive: with the joints' own friction, power flows out of the motion at every velocity."""
     generator = np.random.default_rng(1)
-    jacobian = arm.jacobian(start)
+    dynamics = arm.dynamics(start, np.zeros(7))
     for _ in range(300):
         v = generator.normal(0.0, 1.0, 7) * 10.0 ** generator.uniform(-4.0, 0.0)
-        power = v @ guiding_torque(arm.friction, v, jacobian)
+        power = v @ guiding_torque(arm.friction, v, dynamics, 0.001)
         assert power < np.abs(v) @ arm.friction.coulomb
         assert power <= FRICTION_SHARE * np.abs(v) @ arm.friction.coulomb
 
 
 def test_the_motion_that_leaves_the_tool_where_it_is_is_damped_most(arm, start):
-    jacobian = arm.jacobian(start)
-    swivel = np.linalg.svd(jacobian)[2][6]
-    still = guiding_torque(arm.friction, 0.0 * swivel, jacobian)
+    dynamics = arm.dynamics(start, np.zeros(7))
+    swivel = np.linalg.svd(dynamics.jacobian)[2][6]
+    still = guiding_torque(arm.friction, 0.0 * swivel, dynamics, 0.001)
     np.testing.assert_array_equal(still, np.zeros(7))
-    assert swivel @ guiding_torque(arm.friction, swivel, jacobian) < -1.0
+    assert swivel @ guiding_torque(arm.friction, swivel, dynamics, 0.001) < -1.0
 
 
 def test_a_stop_is_damped_alone(arm, start):
     v = np.full(7, 0.1)
     stop = GravityCompensation(arm, 2.0)
-    expected = arm.gravity(start) - arm.counterbalance(start) - 2.0 * v
+    held = held_damping(arm.mass_matrix(start), 2.0 * np.eye(7), stop.period)
+    expected = arm.gravity(start) - arm.counterbalance(start) - held @ v
     np.testing.assert_allclose(stop.update(0.0, start, v).torque, expected, atol=1e-12)
 
 
@@ -122,9 +124,7 @@ def test_the_damping_under_a_hand_is_no_more_than_the_lightest_joint_bears(perio
     q = arm.configuration("work")
     dynamics = arm.dynamics(q, np.zeros(7))
     still = JointFriction(np.zeros(7), np.zeros(7))
-    damped = np.stack(
-        [guiding_torque(still, v, dynamics.jacobian, dynamics.mass_matrix, period) for v in np.eye(7)], axis=1
-    )
+    damped = np.stack([guiding_torque(still, v, dynamics, period) for v in np.eye(7)], axis=1)
     shares = np.linalg.eigvals(-period * np.linalg.solve(dynamics.mass_matrix, damped)).real
     assert shares.min() > 0.0
     assert shares.max() <= STABLE_SHARE + 1e-9
