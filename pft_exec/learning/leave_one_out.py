@@ -69,7 +69,10 @@ class LeftOut:
 
 
 def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, tempo: Tempo, overruled: bool) -> LeftOut:
-    """The experts that help, their weights, and the blend for each demonstrated scene from the others."""
+    """The experts that help, their weights, and the blend for each demonstrated scene from the others.
+
+    Seen from one frame only, no weights push the blend: it keeps its own tempo.
+    """
     in_frames = predict_in_frames(experts, poses, len(even.position), leave_out=True)
     experts = _own_axes_where_they_help(experts, ExpertErrors(in_frames - even.position, experts.floor))
     prediction = predict(experts, poses, leave_out=True)
@@ -81,9 +84,15 @@ def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, tempo: Tempo
     own = errors.cross_fitted - (blended - even.position)
     blend = blend_experts(experts, poses, prediction, weights, leave_out=True)
     paced = Prediction(*tempo.given_to(blend.position, blend.turn, leave_out=True))
-    if _is_clearly_worse(*(np.mean((said.position - even.position) ** 2, axis=(1, 2)) for said in (blend, paced))):
+    if len(experts.keys) == 1 or _is_clearly_worse(*(_squares(said, even) for said in (blend, paced))):
         return LeftOut(experts, weights, blend, own)
     return LeftOut(experts, replace(weights, tempo=tempo), paced, own)
+
+
+def _squares(said: Prediction, even: AlignedSet) -> Array:
+    """Mean square errors (K,) of the positions."""
+    squares: Array = np.mean((said.position - even.position) ** 2, axis=(1, 2))
+    return squares
 
 
 def _is_clearly_worse(without: Array, with_it: Array) -> bool:
