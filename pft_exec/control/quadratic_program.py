@@ -57,7 +57,7 @@ class QuadraticProgram:
     @property
     def is_finite(self) -> bool:
         """Whether cost and rows are finite numbers and no bound is NaN; a solver may call NaN a success."""
-        return bool(_is_finite(self.H, self.c, self.G) and (self.lower <= self.upper).all())
+        return bool(_is_finite(self.H, self.c, self.G, self.lower, self.upper))
 
     def row_values(self, x: Array) -> Array:
         """Values (n + m,) that lie between `lower` and `upper` at a solution."""
@@ -71,12 +71,15 @@ class QuadraticProgram:
 
 
 @njit(cache=True)
-def _is_finite(H: Array, c: Array, G: Array) -> bool:
+def _is_finite(H: Array, c: Array, G: Array, lower: Array, upper: Array) -> bool:
     total = 0.0
     for array in (H, c.reshape((1, -1)), G):
         for row in array:
             for value in row:
                 total += value
+    for k in range(len(lower)):
+        if not lower[k] <= upper[k]:
+            return False
     return math.isfinite(total)
 
 
@@ -88,12 +91,24 @@ def assemble(objective: Objective, bounds: tuple[Array, Array], constraints: Seq
         np.concatenate([row.G for row in constraints]) if len(constraints) > 1 else constraints[0].G,
         np.concatenate([bounds[0], *(row.lower for row in constraints)]),
         np.concatenate([bounds[1], *(row.upper for row in constraints)]),
-        _softness(len(bounds[0]), tuple((len(row.lower), row.soft) for row in constraints)),
+        softness(len(bounds[0]), tuple((len(row.lower), row.soft) for row in constraints)),
+    )
+
+
+def with_constraint(program: QuadraticProgram, row: Constraint) -> QuadraticProgram:
+    """A program with further rows."""
+    return QuadraticProgram(
+        program.H,
+        program.c,
+        np.concatenate([program.G, row.G]),
+        np.concatenate([program.lower, row.lower]),
+        np.concatenate([program.upper, row.upper]),
+        softness(program.size, ((len(program.G), False), (len(row.lower), row.soft))),
     )
 
 
 @lru_cache
-def _softness(variables: int, rows: tuple[tuple[int, bool], ...]) -> NDArray[np.bool_]:
+def softness(variables: int, rows: tuple[tuple[int, bool], ...]) -> NDArray[np.bool_]:
     """Which bounds and rows are soft, read-only."""
     soft = np.concatenate([np.ones(variables, dtype=bool), *(np.full(count, is_soft) for count, is_soft in rows)])
     soft.flags.writeable = False

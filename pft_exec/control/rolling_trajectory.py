@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from pft_exec.control.joint_trajectory import (
     GRID,
@@ -164,7 +165,7 @@ class RollingTrajectory:
         """Reference at a tube time, s, whose clock runs at a rate with a change, 1/s; computed now if it was not."""
         self.extend_until(theta)
         q, slope, curvature = evaluate_spline(self._points, (theta - self.begin) / GRID)
-        phase = float(np.interp(theta, self.tube.time, self.tube.phase))
+        phase = _phase_at(theta, self.tube.time, self.tube.phase)
         velocity, acceleration = slope / GRID, curvature / GRID**2
         return JointReference(q, velocity * rate, acceleration * rate**2 + velocity * change, phase)
 
@@ -189,6 +190,18 @@ class RollingTrajectory:
         acceleration = np.abs(np.diff(points, 2, axis=0)) / (limits.acceleration * GRID**2)
         self._fastest = float(np.max(speed, initial=self._fastest))
         self._hardest = float(np.max(acceleration, initial=self._hardest))
+
+
+@njit(cache=True)
+def _phase_at(theta: float, time: Array, phase: Array) -> float:
+    """Phase at a tube time, s, between those of the tube's steps (N,); held beyond either end."""
+    later = np.searchsorted(time, theta)
+    if later == 0:
+        return float(phase[0])
+    if later == len(time):
+        return float(phase[-1])
+    share = (theta - time[later - 1]) / (time[later] - time[later - 1])
+    return float(phase[later - 1] + share * (phase[later] - phase[later - 1]))
 
 
 class TakenUp:

@@ -57,16 +57,6 @@ def error_of(
 
 
 @njit(cache=True, fastmath=False)
-def moved(jacobian: Array, acceleration: Array, drift: Array) -> Array:
-    """Tool acceleration (6,) of joint accelerations (n,): ``J a + drift``."""
-    tool = drift.copy()
-    for i in range(6):
-        for k in range(len(acceleration)):
-            tool[i] += jacobian[i, k] * acceleration[k]
-    return tool
-
-
-@njit(cache=True, fastmath=False)
 def between(values: Array, phase: float) -> Array:
     """Matrix between those (N, i, j) that are evenly spaced in phase, held beyond either end."""
     place = min(max(phase, 0.0), 1.0) * (len(values) - 1)

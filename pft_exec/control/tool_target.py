@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pft_exec.control.compliance import Compliance
 from pft_exec.control.objectives import Objective
 from pft_exec.control.reference import JointReference
-from pft_exec.control.tool_kernel import aim, corrected, error_of, matrix_of, moved, weight_in_base
+from pft_exec.control.tool_kernel import aim, corrected, error_of, matrix_of, weight_in_base
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, ArmDynamics
 
@@ -59,6 +59,6 @@ class ToolTarget:
 
 def tool_target(arm: Arm, reference: JointReference) -> ToolTarget:
     """Tool target of a joint reference."""
-    tool = arm.dynamics(reference.configuration, reference.velocity)
-    acceleration = moved(tool.jacobian, reference.acceleration, tool.jacobian_drift)
-    return ToolTarget(tool.position, tool.quaternion, matrix_of(tool.quaternion), tool.velocity, acceleration)
+    motion = arm.tool_motion(reference.configuration, reference.velocity, reference.acceleration)
+    position, quaternion, velocity, acceleration = motion
+    return ToolTarget(position, quaternion, matrix_of(quaternion), velocity, acceleration)

@@ -9,15 +9,16 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pft_exec.control.avoidance import Avoidance, Nearness
 from pft_exec.control.command import Command
 from pft_exec.control.compliance import Compliance
 from pft_exec.control.friction import friction_torque
 from pft_exec.control.gravity_compensation import GravityCompensation, guiding_torque, stop_damping
-from pft_exec.control.limits import acceleration_bounds, torque_constraint
-from pft_exec.control.objectives import Objective, posture_objective, tool_objective
-from pft_exec.control.quadratic_program import QuadraticProgram, Solution, assemble
+from pft_exec.control.objectives import REGULARIZATION, Objective, tool_objective
+from pft_exec.control.period_kernel import compose, conclude, draw_to
+from pft_exec.control.quadratic_program import QuadraticProgram, Solution, softness, with_constraint
 from pft_exec.control.reference import JointReference, Reference
 from pft_exec.control.secondary import room_for, secondary_acceleration
 from pft_exec.control.solvers import Solver, load_solver
@@ -33,6 +34,8 @@ BLENDING_TIME = 0.075
 """s; friction feed-forward comes in and the damping of teaching goes out over this time."""
 ACTIVE = 1e-9
 """A multiplier above this makes its row active."""
+_Concluded = tuple[Array, NDArray[np.bool_], dict[str, float]]
+"""Torque (n,), N m, active bounds and rows (2n,), and what each objective costs."""
 
 
 class TrackingController:
@@ -71,6 +74,8 @@ class TrackingController:
         self.arm = arm
         self.control_period = control_period
         self._solver: Solver = load_solver(solver) if isinstance(solver, str) else solver
+        limits = arm.limits
+        self._box = limits.torque, limits.lower, limits.upper, limits.velocity, limits.acceleration
         self._avoidance = Avoidance(arm, self_collision) if self_collision else None
         self._self_collision = self_collision
         self._weight = WeightEstimate(arm) if weigh else None
@@ -153,22 +158,18 @@ class TrackingController:
         load = known if self._weight is None else known + weight_torque(self._weight.update(time, v), dynamics.jacobian)
         error = tool.error(dynamics)
         aside = secondary_acceleration(self.arm.limits, q, dynamics.jacobian)
-        objectives = {
-            "tracking": self._tracking(self._compliance, reference.phase, tool, error, dynamics, aside),
-            "posture": posture_objective(posture_acceleration(reference, q, v) + aside),
-        }
+        tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics, aside)
+        posture = posture_acceleration(reference, q, v, aside)
         near = None if self._avoidance is None else self._avoidance.near(self.arm, q, v, time)
-        program = self._program(_sum(objectives), dynamics, load, q, v, near)
+        program = self._program(tracking, posture, dynamics, load, q, v, near)
         begin = perf_counter()
         solution = self._solver.solve(program)
         solve_time = perf_counter() - begin
         if not (solution.found and math.isfinite(solution.x.dot(solution.x))):
             return self._stop(time, q, v, f"no solution: {solution.status}")
-        torque = dynamics.mass_matrix @ solution.x + load
-        closeness = {} if near is None else _closeness(near, solution)
-        costs = {name: objective.cost(solution.x) for name, objective in objectives.items()}
-        told = {"costs": costs, "solve_time": solve_time, **closeness}
-        command = self._command(torque, solution, reference, tool, error, told)
+        concluded = self._conclude(solution, tracking, posture, dynamics, load)
+        told = {"solve_time": solve_time} if near is None else {"solve_time": solve_time, **_closeness(near, solution)}
+        command = _command(concluded, solution, reference, tool, error, told)
         self._remember(time, v, dynamics, known - command.torque)
         return command
 
@@ -188,13 +189,31 @@ class TrackingController:
             self._weight.remember(time, v, dynamics, missing)
 
     def _program(
-        self, objective: Objective, dynamics: ArmDynamics, load: Array, q: Array, v: Array, near: Nearness | None
+        self,
+        tracking: Objective,
+        posture: Array,
+        dynamics: ArmDynamics,
+        load: Array,
+        q: Array,
+        v: Array,
+        near: Nearness | None,
     ) -> QuadraticProgram:
-        """An objective within the limits; what keeps the arm off obstacles stands beside the torque's rows."""
-        limits = self.arm.limits
-        bounds = acceleration_bounds(limits, self.control_period, q, v)
-        rows = [torque_constraint(dynamics.mass_matrix, load, limits.torque)]
-        return assemble(objective, bounds, rows if near is None else [*rows, near.constraint])
+        """Objectives within the limits; what keeps the arm off obstacles stands beside the torque's rows."""
+        aims, period = (tracking.H, tracking.c), self.control_period
+        H, c, lower, upper = compose(aims, posture, REGULARIZATION, load, self._box, period, q, v)
+        program = QuadraticProgram(H, c, dynamics.mass_matrix, lower, upper, softness(len(q), ((len(q), False),)))
+        return program if near is None else with_constraint(program, near.constraint)
+
+    def _conclude(
+        self, solution: Solution, tracking: Objective, posture: Array, dynamics: ArmDynamics, load: Array
+    ) -> _Concluded:
+        """What a solution asks of the motors, and what it costs."""
+        aims, limit = (tracking.H, tracking.c), self.arm.limits.torque
+        x, mass_matrix = solution.x, dynamics.mass_matrix
+        torque, active, following, keeping = conclude(
+            x, solution.multipliers, aims, posture, REGULARIZATION, mass_matrix, load, limit, ACTIVE
+        )
+        return torque, active, {"tracking": following + tracking.constant, "posture": keeping}
 
     def _weight_to_come(self, time: float, q: Array) -> Array:
         """Part (n,), N m, of a change of payload that is not yet held."""
@@ -232,46 +251,40 @@ class TrackingController:
         wanted = wanted + room_for(dynamics.jacobian @ aside, weight)
         return tool_objective(dynamics.jacobian, dynamics.jacobian_drift, wanted, weight)
 
-    def _command(
-        self,
-        torque: Array,
-        solution: Solution,
-        reference: JointReference,
-        tool: ToolTarget,
-        error: Array,
-        told: Mapping[str, Any],
-    ) -> Command:
-        limit, size = self.arm.limits.torque, len(torque)
-        active = np.abs(solution.multipliers) > ACTIVE
-        return Command(
-            torque=np.minimum(np.maximum(torque, -limit), limit),  # there already, but for the solver's rounding
-            acceleration=solution.x,
-            configuration=reference.configuration,
-            velocity=reference.velocity,
-            reference_acceleration=reference.acceleration,
-            position=tool.position,
-            quaternion=tool.quaternion,
-            phase=reference.phase,
-            error=error[:6],
-            torque_active=active[size : 2 * size],
-            bound_active=active[:size],
-            status=solution.status,
-            fallback=False,
-            iterations=solution.iterations,
-            **told,
-        )
-
     def _stop(self, time: float, q: Array, v: Array, status: str) -> Command:
         if self._weight is not None:
             self._weight.forget()
         return replace(self._fallback.update(time, q, v, status), fallback=True)
 
 
-def _sum(objectives: Mapping[str, Objective]) -> Objective:
-    first, *others = objectives.values()
-    for objective in others:
-        first = first + objective
-    return first
+def _command(
+    concluded: _Concluded,
+    solution: Solution,
+    reference: JointReference,
+    tool: ToolTarget,
+    error: Array,
+    told: Mapping[str, Any],
+) -> Command:
+    torque, active, costs = concluded
+    size = len(torque)
+    return Command(
+        torque=torque,
+        acceleration=solution.x,
+        configuration=reference.configuration,
+        velocity=reference.velocity,
+        reference_acceleration=reference.acceleration,
+        position=tool.position,
+        quaternion=tool.quaternion,
+        phase=reference.phase,
+        error=error[:6],
+        torque_active=active[size:],
+        bound_active=active[:size],
+        status=solution.status,
+        fallback=False,
+        iterations=solution.iterations,
+        costs=costs,
+        **told,
+    )
 
 
 def _closeness(near: Nearness, solution: Solution) -> dict[str, Any]:
@@ -280,12 +293,10 @@ def _closeness(near: Nearness, solution: Solution) -> dict[str, Any]:
     return {"distance": float(near.distance.min()), "apart_active": near.names(active)}
 
 
-def posture_acceleration(reference: JointReference, q: Array, v: Array) -> Array:
-    """Joint accelerations (n,), rad/s^2, that draw the joints to their reference, critically damped."""
-    damping = 2.0 * np.sqrt(POSTURE_STIFFNESS)
-    acceleration: Array = (
-        reference.acceleration + POSTURE_STIFFNESS * (reference.configuration - q) + damping * (reference.velocity - v)
-    )
+def posture_acceleration(reference: JointReference, q: Array, v: Array, aside: Array) -> Array:
+    """Joint accelerations (n,), rad/s^2, that draw the joints to their reference, critically damped, and aside (n,)."""
+    state = reference.configuration, reference.velocity, reference.acceleration
+    acceleration: Array = draw_to(*state, q, v, aside, POSTURE_STIFFNESS)
     return acceleration
 
 

@@ -115,15 +115,24 @@ def follow_means(mean: Array, mean_force: Array, variance: float, torque: Array,
 
 
 @njit(cache=True, fastmath=False)
-def gather(total: Array, force: Array, allowed: float, period: float) -> tuple[Array, float]:
-    """Add a force (3,), N, for a period, s, to an impulse (3,), N s, but for what is allowed, N; with its size."""
-    after, square = np.empty(len(total)), 0.0
+def gather(
+    total: Array, before: Array, force: Array, usual: Array, allowed: float, period: float
+) -> tuple[float, float]:
+    """Add a force (3,), N, beyond what is usual for a period, s, to an impulse (3,), N s, but for what is allowed, N.
+
+    In place; also of the force (3,) before. Returns the impulse's size and the square of the force's change, N^2.
+    """
+    square, change = 0.0, 0.0
     for k in range(len(total)):
-        after[k] = total[k] + period * force[k]
-        square += after[k] ** 2
+        total[k] += period * (force[k] - usual[k])
+        square += total[k] ** 2
+        change += (force[k] - before[k]) ** 2
+        before[k] = force[k]
     size = math.sqrt(square)
     left = max(size - period * allowed, 0.0)
-    return after * (left / max(size, 1e-12)), left
+    for k in range(len(total)):
+        total[k] *= left / max(size, 1e-12)
+    return left, change
 
 
 @njit(cache=True, fastmath=False)

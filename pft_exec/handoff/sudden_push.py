@@ -47,26 +47,26 @@ class SuddenPush:
     def forget(self) -> None:
         """Begin a new sum; what is known of the noise stays."""
         self._total: Array = np.zeros(3)
-        self._before: tuple[float, Array] | None = None
+        self._force: Array = np.zeros(3)
+        self._time: float | None = None
         self._since: float | None = None
 
-    def update(self, time: float, force: Array, allowed: float) -> bool:
+    def update(self, time: float, force: Array, usual: Array, allowed: float) -> bool:
         """Whether there is a push.
 
         Parameters
         ----------
         time : float, s
-        force : (3,), N
-            Of the control period that ends now, without what is usual.
+        force, usual : (3,), N
+            Of the control period that ends now, and what lasts of it.
         allowed : float, N
         """
-        if self._before is None:
-            self._before = time, force
+        if self._time is None:
+            self._time, self._force = time, force.copy()
             return False
-        period = time - self._before[0]
-        self._learn(period, force - self._before[1])
-        self._before = time, force
-        self._total, size = gather(self._total, force, allowed, period)
+        period, self._time = time - self._time, time
+        size, change = gather(self._total, self._force, force, usual, allowed, period)
+        self._learn(period, change)
         if size <= self.least_impulse(period) or self._count < LEARNING:
             self._since = None
             return False
@@ -77,8 +77,8 @@ class SuddenPush:
         """Impulse, N s, from which on a push stands out of the noise of forces that are told with a period, s."""
         return max(IMPULSE, OUTSTANDING * period * math.sqrt(self._variance))
 
-    def _learn(self, period: float, change: Array) -> None:
-        """Follow the noise: with white velocities, changes of the force have three times the impulse's variance."""
+    def _learn(self, period: float, change: float) -> None:
+        """Follow the noise, N^2: with white velocities, a change of force has three times the impulse's variance."""
         self._count += 1
-        share = max(1.0 / self._count, 1.0 - math.exp(-period / NOISE_TIME))
-        self._variance += share * (float(change.dot(change)) / 3.0 - self._variance)
+        share = max(1.0 / self._count, period / (period + NOISE_TIME))
+        self._variance += share * (change / 3.0 - self._variance)

@@ -181,7 +181,7 @@ class TakeBack:
         if time < self._waits_until:
             self._waits_until = self._waits_until if is_strong else -math.inf
             return False
-        is_sudden = sudden is not None and self._sudden.update(time, sudden - self.usual, self.threshold)
+        is_sudden = sudden is not None and self._sudden.update(time, sudden, self.usual, self.threshold)
         if not is_strong:
             self._get_used_to(time, force)
             self._since = None

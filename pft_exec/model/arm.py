@@ -163,6 +163,22 @@ class Arm:
         jacobian = pinocchio.getFrameJacobian(self._model, self._data, self._tool, _AT_TOOL)
         return placement.translation.copy(), placement.rotation.copy(), jacobian
 
+    def tool_motion(self, q: Array, v: Array, acceleration: Array) -> tuple[Array, Array, Array, Array]:
+        """How the tool moves where the joints do, in one pass without dynamics; arguments (n,) are not checked.
+
+        Returns
+        -------
+        position, quaternion : (3,), m, and (4,), (x, y, z, w)
+        velocity, acceleration : (6,), m/s and rad/s, m/s^2 and rad/s^2
+            Linear, then angular, in the base frame.
+        """
+        model, data, tool = self._model, self._data, self._tool
+        pinocchio.forwardKinematics(model, data, q, v, acceleration)
+        placement = pinocchio.SE3ToXYZQUAT(pinocchio.updateFramePlacement(model, data, tool))
+        velocity = pinocchio.getFrameVelocity(model, data, tool, _AT_TOOL).vector
+        classical = pinocchio.getFrameClassicalAcceleration(model, data, tool, _AT_TOOL).vector
+        return placement[:3], placement[3:], velocity, classical
+
     @property
     def geometry(self) -> ArmGeometry:
         """The arm's shape, for collision avoidance."""

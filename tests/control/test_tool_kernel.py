@@ -7,7 +7,7 @@ import pytest
 
 from pft_exec.control import JointReference, constant_compliance, tool_objective
 from pft_exec.control.compliance import Compliance
-from pft_exec.control.tool_kernel import between, matrix_of, moved, rotation_vector
+from pft_exec.control.tool_kernel import between, matrix_of, rotation_vector
 from pft_exec.control.tool_target import tool_target
 from pft_exec.geometry import (
     normalize_quaternion,
@@ -57,7 +57,9 @@ def test_the_cost_is_that_of_missing_what_gain_and_weight_at_the_phase_ask_for(a
         np.testing.assert_allclose(between(compliance.gain, phase), gain, rtol=1e-14)
 
 
-def test_a_tool_moves_with_its_jacobian_and_drift(arm, start, generator):
-    dynamics, acceleration = arm.dynamics(start, generator.normal(size=7)), generator.normal(size=7)
+def test_a_tool_target_moves_with_the_jacobian_and_drift_of_its_reference(arm, start, generator):
+    v, acceleration = generator.normal(size=(2, 7))
+    dynamics, target = arm.dynamics(start, v), tool_target(arm, JointReference(start, v, acceleration))
+    np.testing.assert_allclose(target.velocity, dynamics.velocity, atol=1e-13)
     expected = dynamics.jacobian @ acceleration + dynamics.jacobian_drift
-    np.testing.assert_allclose(moved(dynamics.jacobian, acceleration, dynamics.jacobian_drift), expected, atol=1e-13)
+    np.testing.assert_allclose(target.acceleration, expected, atol=1e-13)

@@ -14,7 +14,7 @@ AXIS = np.array([0.6, 0.0, -0.8])
 def found(forces, push=None):
     """Periods in which a push is seen in forces (T, 3), N."""
     push = SuddenPush(hold_time=0.002) if push is None else push
-    return [k for k, force in enumerate(forces) if push.update(PERIOD * k, force, ALLOWED)]
+    return [k for k, force in enumerate(forces) if push.update(PERIOD * k, force, np.zeros(3), ALLOWED)]
 
 
 def lasting(size, count=200):
@@ -60,3 +60,9 @@ def test_after_forgetting_the_impulse_begins_at_nothing_again():
     assert found(np.tile(20.0 * AXIS, (4, 1)), push) == []
     push.forget()
     assert found(np.tile(20.0 * AXIS, (8, 1)), push) != []
+
+
+def test_what_is_usual_is_no_part_of_a_push():
+    push, usual = SuddenPush(hold_time=0.002), 9.0 * AXIS
+    assert not any(push.update(PERIOD * k, 20.0 * AXIS, usual, ALLOWED) for k in range(500))
+    assert any(push.update(PERIOD * (500 + k), 31.0 * AXIS, usual, ALLOWED) for k in range(5))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import daqp
 import numpy as np
+from numpy.typing import NDArray
 
 from pft_exec.control.quadratic_program import SOFTNESS, QuadraticProgram, Solution
 from pft_exec.control.solvers.solver import checked, not_found
@@ -17,13 +18,18 @@ class DaqpSolver:
 
     name = "daqp"
 
+    def __init__(self) -> None:
+        self._soft: NDArray[np.bool_] = np.empty(0, dtype=bool)
+        self._sense: NDArray[np.intc] = np.empty(0, dtype=np.intc)
+
     def solve(self, program: QuadraticProgram) -> Solution:
         """Solve; a failure is a solution with ``found = False``."""
         if not program.is_finite:
             return not_found(program, "not finite")
-        sense = _SOFT_ROW * program.soft.astype(np.intc)  # any other integer type is refused
+        if program.soft is not self._soft:  # programs of the same rows share it
+            self._soft, self._sense = program.soft, _SOFT_ROW * program.soft.astype(np.intc)  # no other type will do
         x, _, flag, info = daqp.solve(
-            program.H, program.c, program.G, program.upper, program.lower, sense, rho_soft=SOFTNESS
+            program.H, program.c, program.G, program.upper, program.lower, self._sense, rho_soft=SOFTNESS
         )
         if flag not in _SUCCESS:
             return not_found(program, f"daqp: exit flag {flag}")

@@ -28,6 +28,6 @@ def not_found(program: QuadraticProgram, status: str) -> Solution:
 
 def checked(program: QuadraticProgram, solution: Solution) -> Solution:
     """The solution, unless it is not finite."""
-    if math.isfinite(solution.x.sum()):
+    if math.isfinite(solution.x.dot(solution.x)):
         return solution
     return not_found(program, f"{solution.status}, but not finite")

@@ -84,18 +84,15 @@ class SafetySupervisor:
 
     def __call__(self, instant: Instant) -> Verdict:
         """Go on, at which rate, or stop."""
-        verdicts = [self._judge_state()]
-        if instant.command is not None:
-            verdicts += [
-                self._judge_solver(instant.command),
-                self._judge_distance(instant.command),
-                self._judge_torque(instant.command),
-            ]
-        for verdict in verdicts:
-            if verdict.ending is not None:
-                return verdict
-        slowest = min(verdicts, key=lambda verdict: verdict.rate)
-        self._note(instant.time, slowest)
+        slowest = self._judge_state()
+        if instant.command is not None and slowest.ending is None:
+            for judge in (self._judge_solver, self._judge_distance, self._judge_torque):
+                verdict = judge(instant.command)
+                if verdict.ending is not None:
+                    return verdict
+                slowest = verdict if verdict.rate < slowest.rate else slowest
+        if slowest.ending is None:
+            self._note(instant.time, slowest)
         return slowest
 
     def _judge_state(self) -> Verdict:
