@@ -53,12 +53,19 @@ def nearest_setting(
     return best
 
 
-def told_placement(task: TaskDescription, label: str, asked: Setting, nearest: Setting | None) -> str:
-    """What would do instead, in words: one sentence."""
+def told_placement(
+    task: TaskDescription,
+    label: str,
+    asked: Setting,
+    nearest: Setting | None,
+    substitute: Mapping[str, str] | None = None,
+) -> str:
+    """What would do instead, in words: one sentence; objects that take another's place go by their own names."""
     if nearest is None:
         return "Not even the middle of the task's placements will do."
+    names = substitute or {}
     moved = [
-        f"{name} at ({', '.join(f'{x:.3f}' for x in nearest.objects[name].position[:2])}) m"
+        f"{names.get(name, name)} at ({', '.join(f'{x:.3f}' for x in nearest.objects[name].position[:2])}) m"
         for name in _concerned(task, label)
         if name in asked.objects and _distance(asked.objects[name], nearest.objects[name]) > _MOVED
     ]

@@ -14,6 +14,7 @@ import numpy as np
 from pft_exec.description.contact import judge_held, judge_placed, judge_poured, judge_rests_in
 from pft_exec.description.course import judge_anchored, judge_shaken, judge_stirred, judge_wound
 from pft_exec.description.measured import Measured, Verdict
+from pft_exec.description.motion import START, WORLD
 from pft_exec.description.path import nominal_goal
 from pft_exec.description.predicates import Still, SuccessDescription, ToolAtEnd
 from pft_exec.description.task import TaskDescription
@@ -56,9 +57,8 @@ def judge_motion(
     if substitute:
         taught = {now: name for name, now in substitute.items()}
         measured = replace(measured, held=taught.get(measured.held or "", measured.held))
-        before, after = (
-            dict(poses) | {name: poses[now] for name, now in substitute.items()} for poses in (before, after)
-        )
+        before, after = (_swapped(poses, substitute) for poses in (before, after))
+        task = _standing(task, label, substitute)
     if plane is not None:
         upright, positions = task.mirrored(), [measured.path, measured.liquid]
         path, liquid = (mirror_positions(each, plane) if len(each) else each for each in positions)
@@ -73,6 +73,27 @@ def judge_motion(
         )
     verdicts = list(_verdicts(task, label, before, after, (start, end), measured))
     return Verdict(all(item.success for item in verdicts), "; ".join(item.reason for item in verdicts))
+
+
+def _swapped(poses: Mapping[str, Pose], substitute: Mapping[str, str]) -> dict[str, Pose]:
+    """Every substitute under the name of what it stands for, and the other way round."""
+    names = {now: taught for taught, now in substitute.items()} | dict(substitute)
+    present = {*poses, *substitute}
+    return {name: poses[names.get(name, name)] for name in present if names.get(name, name) in poses}
+
+
+def _standing(task: TaskDescription, label: str, substitute: Mapping[str, str]) -> TaskDescription:
+    """The task with the height at which a substitute's middle is when it stands in its place, or on what does."""
+    motion = task.motion(label)
+    placed = motion.success.placed
+    if placed is None or placed.frame == START:
+        return task
+    height = {name: item.shape.height for name, item in task.objects.items()}
+    x, y, z = placed.offset
+    standing = {placed.object, placed.frame} - {WORLD}
+    z += sum(0.5 * (height[substitute.get(name, name)] - height[name]) for name in standing)
+    success = replace(motion.success, placed=replace(placed, offset=(x, y, z)))
+    return replace(task, motions={**task.motions, label: replace(motion, success=success)})
 
 
 def _verdicts(

@@ -6,13 +6,13 @@ While the robot has the arm, a force that is felt in the joints gives it back at
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from time import perf_counter
 
 import numpy as np
 
-from pft_exec.exceptions import ControlError
+from pft_exec.exceptions import ControlError, UnreachableError
 from pft_exec.execution.autonomous import SOFTNESS, about_run, end_figures, judge_end, told
 from pft_exec.execution.candidates import Candidates
 from pft_exec.execution.companion import Companion
@@ -21,6 +21,7 @@ from pft_exec.execution.faults import Fault
 from pft_exec.execution.hand.person import Answer, Person, TakeBackPlan
 from pft_exec.execution.log import ExecutionLog, Stage
 from pft_exec.execution.pursuit import Outcome
+from pft_exec.execution.refusal import refusal_here
 from pft_exec.execution.safety.force_watch import ForceWatch
 from pft_exec.execution.safety.stopping import stop
 from pft_exec.execution.safety.watch import pursue
@@ -59,6 +60,7 @@ def assist(
     softness: float = SOFTNESS,
     solver: str = "daqp",
     avoid: Sequence[str] = (),
+    substitute: Mapping[str, str] | None = None,
     observer: Observer | None = None,
 ) -> ExecutionLog:
     """Let the synthetic hand begin a motion in the world's present scene; recognize it, take over, finish it.
@@ -97,6 +99,9 @@ def assist(
         Of the quadratic program.
     avoid : sequence of str
         Objects and furniture of the task to keep off while the robot has the arm; as in `execute`.
+    substitute : {name: name}, optional
+        Taught object to the one that takes its place: the hand moves about that one, every motion of the library is
+        looked for there, and the end is judged on it.
     observer : callable or None
         Called with the world after every control period.
 
@@ -113,17 +118,22 @@ def assist(
     ControlError
         If the pace is not positive.
     UnreachableError
-        Before anything moves, if the arm cannot make the motion in this scene.
+        Before anything moves, if the arm cannot make the motion in this scene; with the nearest placement that would
+        do, where it is the placement that is at fault.
     MissingObjectError
-        If the task has no object that is to be avoided.
+        If the task has no object that is to be avoided, or the scene none that is to take another's place.
     """
     if not pace > 0.0:
         raise ControlError(f"pace must be positive; got {pace}.")
     loop = ControlLoop(world, arm, pushes, observer, faults)
     if avoid:
         loop.surroundings = Surroundings(world, loop.name, avoid)
-    person = Person(loop, label, world.seed if seed is None else seed, answer=answer, fade=let_go, plans=take_backs)
-    candidates = Candidates(loop, library, world.scene, world.tool(loop.name), softness)
+    seed, swaps = world.seed if seed is None else seed, substitute or {}
+    try:
+        person = Person(loop, label, seed, answer=answer, fade=let_go, plans=take_backs, substitute=swaps)
+    except UnreachableError as error:
+        raise refusal_here(world, label, loop.name, str(error), swaps) from error
+    candidates = Candidates(loop, library, world.scene, world.tool(loop.name), softness, swaps)
     companion = Companion(loop, candidates, person.answer, settings=settings, method=method, pace=pace)
     return _Assistance(loop, person, companion, ForceWatch(loop, take_back), solver).run()
 
@@ -211,6 +221,8 @@ class _Assistance:
         while not self.person.is_done(loop.time):
             started = perf_counter()
             q, v = loop.sense()
+            if loop.guard.is_lost:
+                break
             self.force.feel(q, v, command)
             takeover = self.companion.attend()
             if takeover is None and interrupted is not None:
@@ -251,7 +263,10 @@ class _Assistance:
         }
 
     def _led_to_the_end(self) -> ExecutionLog:
-        reason = f"the hand finished by itself: {self.companion.reason}"
+        guard = self.loop.guard
+        reason = guard.reason if guard.is_lost else f"the hand finished by itself: {self.companion.reason}"
+        if guard.is_lost:
+            stop(self.loop, reason)
         return self.loop.log.finish(False, reason, details=self.details, **about_run(self.loop))
 
     def _ended(self, takeover: Takeover, outcome: Outcome) -> ExecutionLog:
@@ -260,7 +275,7 @@ class _Assistance:
         if outcome.ending != "finished":
             stop(loop, outcome.reason)
         meant = self.companion.candidates.tubes.get(person.label, tube)
-        verdict = judge_end(loop, meant, person.scene, person.start)
+        verdict = judge_end(loop, meant, person.scene, person.start, person.substitute)
         goal = person.hand.goal
         self.details |= end_figures(loop, tube)
         self.details["tube_goal_error"] = float(np.linalg.norm(tube.end.position - goal.position))

@@ -9,12 +9,12 @@ import numpy as np
 
 from pft_exec.demonstration import Scene
 from pft_exec.description.success import Verdict, judge_motion
-from pft_exec.exceptions import UnreachableError
 from pft_exec.execution.candidates import Candidate
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.faults import Fault
 from pft_exec.execution.log import ExecutionLog
 from pft_exec.execution.pursuit import Outcome
+from pft_exec.execution.refusal import refusal_here
 from pft_exec.execution.safety.force_watch import ForceWatch
 from pft_exec.execution.safety.stopping import stop
 from pft_exec.execution.safety.watch import pursue
@@ -91,7 +91,8 @@ def execute(
     Raises
     ------
     UnreachableError
-        Before anything moves, if the tube is beyond the arm's reach.
+        Before anything moves, if the tube is beyond the arm's reach; with the nearest placement that would do, where
+        the task knows the motion and it is the placement that is at fault.
     UnknownMethodError
         If there is no such solver.
     MissingObjectError
@@ -106,7 +107,7 @@ def execute(
     candidate.path(0.0).extend_until(float(flow_tube.time[-1]))
     takeover = plan_takeover(loop, candidate, 0.0, pace, starting=STARTING)
     if takeover.reason and not faults:
-        raise UnreachableError(takeover.reason)
+        raise refusal_here(world, flow_tube.label, loop.name, f"{takeover.reason}.", substitute)
     if takeover.reason:
         stop(loop, takeover.reason)
         return loop.log.finish(False, takeover.reason, label=flow_tube.label, **about_run(loop))

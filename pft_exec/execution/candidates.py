@@ -7,7 +7,7 @@ So when the robot takes over, everything is there. Where an object moved, the tu
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -94,11 +94,22 @@ class Candidates:
     start : Pose
         Of the tool where the motion began, world frame.
     softness : float, s^4/m^2
+    substitute : {name: name}, optional
+        Taught object to the one that takes its place.
     """
 
-    def __init__(self, loop: ControlLoop, library: MotionLibrary, scene: Scene, start: Pose, softness: float) -> None:
+    def __init__(
+        self,
+        loop: ControlLoop,
+        library: MotionLibrary,
+        scene: Scene,
+        start: Pose,
+        softness: float,
+        substitute: Mapping[str, str] | None = None,
+    ) -> None:
         self._loop, self._library, self._softness = loop, library, softness
-        tubes = library.flow_tubes(scene, start)
+        self._substitute = dict(substitute or {})
+        tubes = library.flow_tubes(scene, start, self._substitute)
         self.by_label = {label: Candidate(loop, tube, softness) for label, tube in tubes.items()}
         self._renewal: Iterator[Candidate | None] | None = None
         self._renewed: dict[str, Candidate] = {}
@@ -134,7 +145,7 @@ class Candidates:
         """One candidate after the other; a motion whose object is gone keeps the tube that it had."""
         for label, before in list(self.by_label.items()):
             try:
-                tube = self._library[label].flow_tube(scene, start)
+                tube = self._library[label].flow_tube(scene, start, self._substitute)
             except MissingObjectError:
                 yield before
             else:

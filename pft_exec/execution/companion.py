@@ -25,6 +25,10 @@ PACE_RANGE = (0.5, 1.5)
 RETRY = 0.1
 """s after which a take-over that could not be planned is tried again."""
 
+LONG_JOIN, LATE_PHASE = 0.7, 0.75
+"""s, and in [0, 1]: a transition that would take longer waits for a better moment, as long as the hand still leads and
+the motion is not this far on."""
+
 GRASPING = 0.12
 """s after a take-back that the hand takes to pull the tool from the robot's way onto its own."""
 
@@ -160,6 +164,9 @@ class Companion:
         if takeover.reason:
             self.reason, self._not_before = takeover.reason, self.loop.time + RETRY
             self._decline(takeover.reason)
+            return None
+        if takeover.transition.duration > LONG_JOIN and phase < LATE_PHASE:
+            self.reason, self._not_before = f"a way onto {decision.label!r} would be long", self.loop.time + RETRY
             return None
         self.loop.log.event(self.loop.time, "take_over", decision.reason)
         return takeover

@@ -97,3 +97,18 @@ def test_a_substitute_is_judged_in_place_of_what_was_taught() -> None:
     measured = Measured(held="can")
     assert not judge_motion(TASK, "reach", objects, objects, start, end, measured).success
     assert judge_motion(TASK, "reach", objects, objects, start, end, measured, {"bottle": "can"}).success
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0], ids=["as taught", "mirrored"])
+def test_a_shorter_substitute_stands_lower_and_what_it_replaces_stays(sense: float) -> None:
+    task = TASK if sense > 0.0 else TASK.mirrored()
+    before = {name: Pose(np.array([0.1 * k + 0.5, 0.0, 0.79])) for k, name in enumerate(TASK.placed)}
+    before["coaster"] = Pose(np.array([0.5, 0.3 * sense, 0.703]))
+    height = {name: TASK.objects[name].shape.height for name in ("can", "coaster")}
+    middle = before["coaster"].position + np.array([0.0, 0.0, 0.5 * sum(height.values())])
+    after = before | {"can": Pose(middle)}
+    at = Pose(np.array([0.5, 0.3 * sense, 0.9]))
+    verdict = judge_motion(task, "put_on_table", before, after, at, at, Measured(), {"bottle": "can"})
+    assert verdict.success, verdict.reason
+    knocked = after | {"bottle": Pose(before["bottle"].position + np.array([0.05, 0.0, 0.0]))}
+    assert not judge_motion(task, "put_on_table", before, knocked, at, at, Measured(), {"bottle": "can"}).success

@@ -35,7 +35,7 @@ def _planned(world: World, label: str) -> Motion:
     for setting in draw_settings(TASK, label, 5, rng):
         plan = plan_hand_paths(world, label, "right", setting, rng)[-1]
         time = np.arange(0.0, plan.duration, 0.01)
-        closed = np.zeros(len(time), dtype=int)
+        closed = np.full(len(time), int(not TASK.motion(label).begins_open))
         for when, what in plan.grips:
             closed[time >= when] = int(what == "close")
         objects = {name: pose.array for name, pose in setting.objects.items()}

@@ -6,6 +6,7 @@ arm can follow. Teaching uses it, and so does assistance, where the hand only be
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +17,7 @@ from pft_exec.demonstration.synthetic import HumanPath, HumanStyle, human_path
 from pft_exec.description import Setting, TaskDescription, random_stream, resolve_waypoints, workspace_excess
 from pft_exec.exceptions import UnreachableError
 from pft_exec.geometry import Array, Pose, multiply
+from pft_exec.learning.motion import substituted
 from pft_exec.model import Arm, JointPath, follow_path
 from pft_exec.simulation import HandGuide, World
 
@@ -195,9 +197,9 @@ class Hand:
     def pull(self, time: float) -> Array:
         """Force, N, and torque, N m, (6,), on the tool now, world frame; time in s since the path began.
 
-        As long as the hand holds the tool it also tells the gripper to close and open.
+        As long as the hand holds the tool it also tells the gripper to close and open; once it lets go, no more.
         """
-        while self._grips and time >= self._grips[0][0]:
+        while self._grips and time >= self._grips[0][0] and self.guide.strength(time) == 1.0:
             self._world.grip(self.plan.arm, self._grips.pop(0)[1] == "close")
         if time != self._felt[0]:  # the loop asks twice a period: to log, and to act
             force, torque = self.guide.wrench(time, *self._world.tool_motion(self.plan.arm))
@@ -206,7 +208,12 @@ class Hand:
 
 
 def lead_motion(
-    world: World, label: str, arm: str | None = None, seed: int = 0, style: HumanStyle | None = None
+    world: World,
+    label: str,
+    arm: str | None = None,
+    seed: int = 0,
+    style: HumanStyle | None = None,
+    substitute: Mapping[str, str] | None = None,
 ) -> Hand:
     """The hand of a person who makes a motion in the world as it stands, from where the tool is.
 
@@ -220,6 +227,8 @@ def lead_motion(
     seed : int
         The person's; the stream is "assist", never that of teaching.
     style : HumanStyle or None
+    substitute : {name: name}, optional
+        Object that the task names to the one that the hand takes in its place.
 
     Raises
     ------
@@ -229,7 +238,7 @@ def lead_motion(
         If there is no such arm, motion, or object in the scene.
     """
     name = world.arm_name(arm)
-    setting = Setting(dict(world.scene.objects), world.tool(name))
+    setting = Setting(dict(substituted(world.scene, substitute or {}).objects), world.tool(name))
     rng = random_stream(seed, "assist", label, name)
     return Hand(world, plan_hand_path(world, label, name, setting, rng, style, world.state(name)[0]))
 

@@ -6,7 +6,7 @@ does to the tool.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,6 +71,8 @@ class Person:
         For which the hand's force fades out where the robot takes over.
     plans : sequence of TakeBackPlan
         One for each time that the arm is taken back, in order.
+    substitute : {name: name}, optional
+        Object that the task names to the one that the hand takes in its place.
 
     Raises
     ------
@@ -89,19 +91,22 @@ class Person:
         answer: Answer | None = None,
         fade: float = 0.0,
         plans: Sequence[TakeBackPlan] = (),
+        substitute: Mapping[str, str] | None = None,
     ) -> None:
         for plan in plans:
             loop.world.task.motion(plan.label)
         self._loop, self._seed, self._fade = loop, seed, fade
         self._plans = list(plans)
         self._answer = answer
+        self.substitute = dict(substitute or {})
         self._taken_over = np.inf
         self.grips = 0
         self._grip(label)
 
     def _grip(self, label: str) -> None:
         loop = self._loop
-        self.hand: Hand = lead_motion(loop.world, label, loop.name, self._seed + 7919 * self.grips)
+        seed = self._seed + 7919 * self.grips
+        self.hand: Hand = lead_motion(loop.world, label, loop.name, seed, substitute=self.substitute)
         self.label = label
         self.begin = loop.time
         self.scene: Scene = loop.world.scene
