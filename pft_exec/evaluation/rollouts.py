@@ -23,7 +23,7 @@ from pft_exec.evaluation.assisted_rollouts import KINDS as ASSISTED_KINDS
 from pft_exec.evaluation.assisted_rollouts import TASKS, run_assisted
 from pft_exec.evaluation.witness import TOLERANCE, Witness
 from pft_exec.exceptions import UnreachableError
-from pft_exec.execution import ExecutionLog, execute
+from pft_exec.execution import ExecutionLog, Stage, execute
 from pft_exec.execution.control_loop import Observer
 from pft_exec.execution.faults import Fault, draw_fault
 from pft_exec.geometry import Pose
@@ -254,7 +254,8 @@ def _judged(plan: Plan, witness: Witness, log: ExecutionLog | None, error: str =
 def _ending(log: ExecutionLog) -> str:
     if log.event("stop") is None:
         return "finished" if log.label else "refused"
-    return "stopped" if log.event("joined") or "join_time" in log.details else "refused"
+    was_led = bool((log.stage == Stage.GUIDED).any())
+    return "stopped" if was_led or log.event("joined") or "join_time" in log.details else "refused"
 
 
 def _reason(log: ExecutionLog) -> str:

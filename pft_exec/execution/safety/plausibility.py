@@ -9,6 +9,9 @@ with room :math:`\epsilon` for noise and the largest acceleration A that an impa
 arm; where the joint has not been seen for a while, the room grows with that time. What is then believed is the
 prediction. Where an encoder has slipped, its increments are still right: they are followed, its offset is not. How long
 something has been in doubt is for a supervisor to judge.
+
+The readings of a live arm carry noise in all their positions and velocities: the last one over again, to the last bit,
+says that nothing was measured. In a moving arm that is certain at once; one that rests is given a moment.
 """
 
 from __future__ import annotations
@@ -38,6 +41,8 @@ UNSEEN_SPEED = 0.2
 """rad/s; error of the velocity with which a joint that is not seen is believed to go on."""
 STILL = 0.01
 """rad/s; joints that move faster cannot repeat a reading to the last bit."""
+STILL_TIME = 0.03
+"""s for which an arm that seems to rest may repeat a reading; simulated ones never do, not for one period."""
 
 
 class StateGuard:
@@ -48,16 +53,20 @@ class StateGuard:
     limits : JointLimits
     period : float, s
         Between two readings.
+    still_time : float, s
+        For which an arm that seems to rest may repeat a reading to the last bit: more for encoders so coarse that they
+        do, infinite where nothing is to be concluded from it.
     """
 
-    def __init__(self, limits: JointLimits, period: float) -> None:
-        self._limits, self._period = limits, period
+    def __init__(self, limits: JointLimits, period: float, still_time: float = STILL_TIME) -> None:
+        self._limits, self._period, self._still_time = limits, period, still_time
         self._tolerance = ROOM + 0.5 * IMPACT * period**2
         self._fading = math.exp(-period / FADING)
         self._reading: tuple[Array, Array] | None = None
         self._believed: tuple[Array, Array] | None = None
         self._offset: Array = np.zeros(len(limits.lower))
         self._dark: Array = np.zeros(len(limits.lower))  # s for which each joint has not been read at all
+        self._repeating = 0.0  # s for which the last reading has come over again
         self.doubt = 0.0
         """s for which a reading has been in doubt without a break."""
         self.unseen: Flags = np.zeros(len(limits.lower), dtype=bool)
@@ -70,15 +79,14 @@ class StateGuard:
         if self._believed is None:
             return self._begin(q, v)
         believed, speed = self._believed
-        if self.doubt == 0.0 and self._reading is not None:
-            last_q, last_v = self._reading
-            fastest = FASTEST * self._limits.velocity
-            if _is_ordinary(q, v, believed, speed, last_q, last_v, self._period, self._tolerance, fastest):
-                self._reading = self._believed = q, v
-                return self._believed
         stale = self._is_repeated(q, v)
+        fastest = FASTEST * self._limits.velocity
+        is_clear = self.doubt == 0.0 and not stale
+        if is_clear and _is_ordinary(q, v, believed, speed, self._period, self._tolerance, fastest):
+            self._reading = self._believed = q, v
+            return self._believed
         self._reading = q, v
-        fast = ~(np.abs(v) <= FASTEST * self._limits.velocity)  # NaN is too fast
+        fast = ~(np.abs(v) <= fastest)  # NaN is too fast
         rate = np.where(fast, self._fading * speed, v)
         expected = believed + 0.5 * self._period * (speed + rate)
         self._dark = np.where(np.isfinite(q) & (not stale), self._dark, self._dark + self._period)
@@ -126,11 +134,13 @@ class StateGuard:
         self.unseen[:] = False
 
     def _is_repeated(self, q: Array, v: Array) -> bool:
-        """Whether a reading of a moving arm is the last one over again."""
-        if self._reading is None or not (np.abs(v) > STILL).any():
+        """Whether a reading is the last one over again, of an arm that moves or for too long."""
+        last = self._reading
+        if last is None or q.tobytes() != last[0].tobytes() or v.tobytes() != last[1].tobytes():
+            self._repeating = 0.0
             return False
-        last_q, last_v = self._reading
-        return bool(np.array_equal(q, last_q, equal_nan=True) and np.array_equal(v, last_v, equal_nan=True))
+        self._repeating += self._period
+        return self._repeating > self._still_time + 0.5 * self._period or bool((np.abs(v) > STILL).any())
 
     def _guess(self, q: Array, expected: Array, wrong: Flags) -> Array:
         """Positions (n,): as read, by the increments of an encoder that has slipped, or as expected."""
@@ -151,24 +161,11 @@ class StateGuard:
 
 
 @njit(cache=True)
-def _is_ordinary(
-    q: Array,
-    v: Array,
-    believed: Array,
-    speed: Array,
-    last_q: Array,
-    last_v: Array,
-    period: float,
-    room: float,
-    fast: Array,
-) -> bool:
-    """Whether a reading is as expected in every joint, and not the last one of a moving arm over again."""
-    is_moving, is_other = False, False
+def _is_ordinary(q: Array, v: Array, believed: Array, speed: Array, period: float, room: float, fastest: Array) -> bool:
+    """Whether a reading is as expected in every joint."""
     for k in range(len(q)):
-        if not abs(v[k]) <= fast[k]:
+        if not abs(v[k]) <= fastest[k]:
             return False
         if not abs(q[k] - (believed[k] + 0.5 * period * (speed[k] + v[k]))) <= room:
             return False
-        is_moving |= abs(v[k]) > STILL
-        is_other |= q[k] != last_q[k] or v[k] != last_v[k]
-    return is_other or not is_moving
+    return True
