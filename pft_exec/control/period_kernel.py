@@ -14,9 +14,6 @@ from numpy.typing import NDArray
 from pft_exec.control.limits import largest_acceleration
 from pft_exec.geometry import Array
 
-Box = tuple[Array, Array, Array, Array, Array]
-"""Limits (n,) of torque, of the configuration from below and above, of velocity and acceleration."""
-
 
 @njit(cache=True, fastmath=False)
 def draw_to(
@@ -36,7 +33,7 @@ def compose(
     posture: Array,
     weight: float,
     load: Array,
-    box: Box,
+    box: Array,
     period: float,
     q: Array,
     v: Array,
@@ -51,7 +48,8 @@ def compose(
     weight : float
     load : (n,), N m
         What the motors must hold besides inertia.
-    box : Box
+    box : (5, n)
+        Limits of torque, of the configuration from below and above, of velocity and acceleration.
     period : float, s
     q, v : (n,), rad, rad/s
 
@@ -60,7 +58,7 @@ def compose(
     The first n limits are of the accelerations themselves, the others of the torque's rows.
     """
     n = len(q)
-    torque, least, most, speed, hardest = box
+    torque, least, most, speed, hardest = box[0], box[1], box[2], box[3], box[4]
     H, c = tracking[0].copy(), tracking[1] - weight * posture
     lower, upper = np.empty(2 * n), np.empty(2 * n)
     for k in range(n):

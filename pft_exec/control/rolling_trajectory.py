@@ -164,10 +164,8 @@ class RollingTrajectory:
     def reference(self, theta: float, rate: float, change: float) -> JointReference:
         """Reference at a tube time, s, whose clock runs at a rate with a change, 1/s; computed now if it was not."""
         self.extend_until(theta)
-        q, slope, curvature = evaluate_spline(self._points, (theta - self.begin) / GRID)
-        phase = _phase_at(theta, self.tube.time, self.tube.phase)
-        velocity, acceleration = slope / GRID, curvature / GRID**2
-        return JointReference(q, velocity * rate, acceleration * rate**2 + velocity * change, phase)
+        q, velocity, acceleration = _state_at(self._points, theta - self.begin, rate, change)
+        return JointReference(q, velocity, acceleration, _phase_at(theta, self.tube.time, self.tube.phase))
 
     def _add_points(self) -> None:
         """Control points near the samples that have both neighbors, and beyond the last one at the end."""
@@ -190,6 +188,14 @@ class RollingTrajectory:
         acceleration = np.abs(np.diff(points, 2, axis=0)) / (limits.acceleration * GRID**2)
         self._fastest = float(np.max(speed, initial=self._fastest))
         self._hardest = float(np.max(acceleration, initial=self._hardest))
+
+
+@njit(cache=True)
+def _state_at(points: Array, time: float, rate: float, change: float) -> tuple[Array, Array, Array]:
+    """State at a time since the first sample, s, by a clock that runs at a rate with a change, 1/s."""
+    state = evaluate_spline(points, time / GRID)
+    slope, curvature = state[1] / GRID, state[2] / GRID**2
+    return state[0], rate * slope, rate**2 * curvature + change * slope
 
 
 @njit(cache=True)

@@ -75,7 +75,7 @@ class TrackingController:
         self.control_period = control_period
         self._solver: Solver = load_solver(solver) if isinstance(solver, str) else solver
         limits = arm.limits
-        self._box = limits.torque, limits.lower, limits.upper, limits.velocity, limits.acceleration
+        self._box = np.stack([limits.torque, limits.lower, limits.upper, limits.velocity, limits.acceleration])
         self._avoidance = Avoidance(arm, self_collision) if self_collision else None
         self._self_collision = self_collision
         self._weight = WeightEstimate(arm) if weigh else None
@@ -83,7 +83,6 @@ class TrackingController:
         self._reference: Reference | None = None
         self._compliance: Compliance | None = None
         self._since = 0.0
-        self._zero = np.zeros(len(arm.joint_names))
         self._blend_since = 0.0
         self._before, self._carried_since = arm, -np.inf
 
@@ -175,9 +174,10 @@ class TrackingController:
 
     def _known_load(self, time: float, reference: JointReference, dynamics: ArmDynamics, q: Array, v: Array) -> Array:
         """What the motors must hold besides inertia, as far as the model knows, (n,), N m."""
-        held = dynamics.bias - self.arm.counterbalance(q) + self._weight_to_come(time, q)
-        load: Array = held + self._blended(time, reference.velocity, v, dynamics)
-        return load
+        load: Array = dynamics.bias - self.arm.counterbalance(q)
+        load += self._blended(time, reference.velocity, v, dynamics)
+        is_carried = time - self._carried_since >= BLENDING_TIME
+        return load if is_carried else load + self._weight_to_come(time, q)
 
     def _remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
         """Keep what the estimate of the weight needs; not while two controllers are blended."""
@@ -218,9 +218,7 @@ class TrackingController:
     def _weight_to_come(self, time: float, q: Array) -> Array:
         """Part (n,), N m, of a change of payload that is not yet held."""
         x = (time - self._carried_since) / BLENDING_TIME
-        if x >= 1.0:
-            return self._zero
-        rest: Array = (1.0 - _smooth_step(x)) * (self._before.gravity(q) - self.arm.gravity(q))
+        rest: Array = (1.0 - _smooth_step(min(x, 1.0))) * (self._before.gravity(q) - self.arm.gravity(q))
         return rest
 
     def _blended(self, time: float, reference_velocity: Array, v: Array, dynamics: ArmDynamics) -> Array:

@@ -35,7 +35,7 @@ def test_the_program_is_that_of_its_objectives_and_limits(arm, period):
         acceleration_bounds(limits, PERIOD, q, v),
         [torque_constraint(dynamics.mass_matrix, load, limits.torque)],
     )
-    box = limits.torque, limits.lower, limits.upper, limits.velocity, limits.acceleration
+    box = np.stack([limits.torque, limits.lower, limits.upper, limits.velocity, limits.acceleration])
     H, c, lower, upper = compose((tracking.H, tracking.c), posture, WEIGHT, load, box, PERIOD, q, v)
     np.testing.assert_allclose(H, expected.H, rtol=1e-13)
     np.testing.assert_allclose(c, expected.c, rtol=1e-13)
