@@ -8,10 +8,11 @@ joints as they are, not as the encoders say.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -121,6 +122,8 @@ class Rollout:
         Largest share of a velocity limit by the controller's own doing: a push may pass it, see `Witness`.
     task : str
         In which a hand led; empty where nobody did.
+    trespass : float, rad
+        Beyond a hard position limit by the controller's own doing, or too far by a push's: see `Witness`.
     """
 
     seed: int
@@ -137,6 +140,7 @@ class Rollout:
     end_error: float
     driven: float = 0.0
     task: str = ""
+    trespass: float = 0.0
 
     @property
     def broken_rules(self) -> tuple[str, ...]:
@@ -144,7 +148,7 @@ class Rollout:
         rules = {
             "torque": self.torque > 1.0 + TOLERANCE,
             "velocity": self.driven > 1.0 + TOLERANCE,
-            "position": self.beyond > TOLERANCE,
+            "position": self.trespass > TOLERANCE,
             "finite": not self.is_finite,
             "exception": self.ending == "exception",
             "reason": self.ending != "finished" and not self.reason,
@@ -154,6 +158,12 @@ class Rollout:
     def to_dict(self) -> dict[str, object]:
         """For JSON."""
         return {**asdict(self), "broken_rules": list(self.broken_rules)}
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Rollout:
+        """What `to_dict` gave."""
+        own = {field.name: values[field.name] for field in fields(cls)}
+        return cls(**{**own, "faults": tuple(own["faults"])})
 
 
 NOTHING = Rollout(0, "", ("none",), "refused", "", "nowhere", 0.0, 0.0, -np.inf, True, 0.0, np.nan)
@@ -248,6 +258,7 @@ def _judged(plan: Plan, witness: Witness, log: ExecutionLog | None, error: str =
         end_error=np.nan if log is None else log.details.get("end_position_error", np.nan),
         driven=witness.driven,
         task=plan.task,
+        trespass=witness.trespass,
     )
 
 

@@ -12,6 +12,8 @@ from pft_exec.simulation import World
 
 TOLERANCE = 1e-6
 """rad by which rounding may pass a joint's hard limit, and share by which it may pass another limit."""
+GIVE = 0.01
+"""rad by which a hand, or a push that is stronger than the motors, may press a joint against its end stop."""
 
 
 @dataclass
@@ -35,7 +37,9 @@ class Witness:
     driven: float = 0.0
     """Share of the velocity limit by the controller's doing: a joint beyond it counts where the motors speed it up."""
     beyond: float = -np.inf
-    """rad beyond a hard position limit; negative: the least distance to it."""
+    """rad beyond a hard position limit, whoever's doing; negative: the least distance to it."""
+    trespass: float = 0.0
+    """rad beyond a hard position limit by the controller's doing: of a joint that motors press on, or beyond `GIVE`."""
     is_finite: bool = True
     _limits: tuple[Array, ...] = field(init=False, repr=False)
 
@@ -50,7 +54,10 @@ class Witness:
         self.torque = max(self.torque, float(np.max(np.abs(tau) / torque)))
         self.velocity = max(self.velocity, float(np.max(np.abs(v) / velocity)))
         self.driven = max(self.driven, self._driven(q, v, tau))
-        self.beyond = max(self.beyond, float(np.max(np.maximum(lower - q, q - upper))))
+        beyond = np.maximum(lower - q, q - upper)
+        self.beyond = max(self.beyond, float(np.max(beyond)))
+        if (beyond > 0.0).any():
+            self.trespass = max(self.trespass, self._trespass(beyond, np.sign(q - upper), q, v, tau))
         self.is_finite &= bool(np.isfinite([*q, *v, *tau]).all())
 
     def _driven(self, q: Array, v: Array, torque: Array) -> float:
@@ -60,6 +67,15 @@ class Witness:
         if fast.any():
             share = share[~fast | (self._own_acceleration(q, v, torque) * v > 0.0)]
         return float(np.max(share, initial=0.0))
+
+    def _trespass(self, beyond: Array, outward: Array, q: Array, v: Array, torque: Array) -> float:
+        """How far those joints are beyond their limits whose motors press on, or that gave way too far.
+
+        What a motor does beside holding up the arm is its own; that other joints' motion throws a joint about is not.
+        """
+        pressing = torque + self.arm.counterbalance(q) - self.arm.dynamics(q, v).bias
+        is_own = (pressing * outward > 0.0) | (beyond > GIVE)
+        return float(np.max(np.where(is_own, beyond, 0.0), initial=0.0))
 
     def _own_acceleration(self, q: Array, v: Array, torque: Array) -> Array:
         """What motors, springs and friction alone would do to the joints, (n,), rad/s^2."""

@@ -5,7 +5,7 @@ What `execute` does from a standstill and `assist` in the middle of a person's m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from pft_exec.learning.flow_tube import FlowTube
 
 REACH = (0.02, 0.1)
 """m, rad; a tube from which the arm's nearest path strays farther is beyond its reach."""
+SPEED_SHARE = 0.95
+"""Share of each joint's velocity limit that a transition may use; the rest is for the feedback of an arm that is not as
+modeled. More than a tube may ask for itself (`joint_trajectory.LIMIT_SHARE`), which it has to meet."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +118,8 @@ def plan_takeover(
     path = candidate.path(phase)
     path.extend_until(candidate.tube_time(phase))
     trajectory = TakenUp(path, candidate.tube_time(phase), pace, starting)
-    transition = plan_transition((q, v, commanded), lambda t: _state(trajectory.at(t)), loop.arm.limits)
+    limits = replace(loop.arm.limits, velocity=SPEED_SHARE * loop.arm.limits.velocity)
+    transition = plan_transition((q, v, commanded), lambda t: _state(trajectory.at(t)), limits)
     reason = beyond_reach(path, candidate.label, loop.name) or ("" if transition.found else transition.reason)
     return Takeover(trajectory, transition, candidate, phase, reason)
 

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 import pytest
 
+from pft_exec.evaluation import rollouts
 from pft_exec.evaluation.assisted_rollouts import KINDS as ASSISTED_KINDS
-from pft_exec.evaluation.benchmarks.faults import tables_of
+from pft_exec.evaluation.benchmarks.faults import measure_faults, read_record, tables_of
 from pft_exec.evaluation.rollouts import KINDS, LEAST_STRENGTH, Plan, Rollout, draw_plan, run_plan
 from pft_exec.execution.faults import Fault
 from pft_exec.simulation import Mismatch
@@ -35,7 +36,7 @@ def test_a_seed_alone_draws_a_rollout() -> None:
     [
         ({"torque": 1.001}, "torque"),
         ({"driven": 1.02}, "velocity"),
-        ({"beyond": 0.001}, "position"),
+        ({"trespass": 0.001}, "position"),
         ({"is_finite": False}, "finite"),
         ({"ending": "exception"}, "exception"),
         ({"ending": "stopped", "reason": ""}, "reason"),
@@ -56,6 +57,24 @@ def test_tables_count_what_became_of_rollouts() -> None:
     assert tables["what must never happen (floor: 0)"][0]["torque beyond limit"] == 1
     assert tables["why they stopped"] == [{"reason": "joint # jumped by # rad", "rollouts": 1}]
     assert [row["seed"] for row in tables["rollouts that broke a rule"]] == [3]
+
+
+def test_a_study_goes_on_from_its_record_and_forgives_a_line_that_was_cut_off(tmp_path, monkeypatch) -> None:
+    run: list[int] = []
+
+    def roll_out(seed: int) -> Rollout:
+        run.append(seed)
+        return rollout(seed)
+
+    monkeypatch.setattr(rollouts, "roll_out", roll_out)
+    record = tmp_path / "rollouts.jsonl"
+    measure_faults(7, lambda *_: None, 3, record=record)
+    record.write_text(record.read_text()[:-5])
+    assert read_record(record) == [rollout(7), rollout(8)]
+    tables = measure_faults(7, lambda *_: None, 4, record=record)
+    assert run == [7, 8, 9, 9, 10]
+    assert tables["what must never happen (floor: 0)"][0]["rollouts"] == 4
+    assert read_record(record) == [rollout(seed) for seed in (7, 8, 9, 10)]
 
 
 @pytest.mark.slow

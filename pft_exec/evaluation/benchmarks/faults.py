@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,9 +17,13 @@ if TYPE_CHECKING:
     from pft_exec.evaluation.rollouts import Rollout
 
 ROLLOUTS = 2000
+_END = "}"
+"""Of a line that was written to its end."""
 
 
-def measure_faults(seed: int, progress: Progress, count: int = ROLLOUTS, jobs: int = 1) -> Tables:
+def measure_faults(
+    seed: int, progress: Progress, count: int = ROLLOUTS, jobs: int = 1, record: str | Path | None = None
+) -> Tables:
     """Rollouts with random faults, PR2 and WAM: no limit exceeded, no NaN, no exception, a reason for every stop.
 
     Parameters
@@ -29,17 +35,38 @@ def measure_faults(seed: int, progress: Progress, count: int = ROLLOUTS, jobs: i
         Number of rollouts.
     jobs : int
         Processes.
+    record : path or None
+        File of one line of JSON for each rollout, written as it ends; those that are in it already are not run again.
     """
     from joblib import Parallel, delayed
 
     from pft_exec.evaluation.rollouts import roll_out
 
-    finished = Parallel(n_jobs=jobs, return_as="generator")(delayed(roll_out)(seed + k) for k in range(count))
-    rollouts = []
-    for number, rollout in enumerate(finished, start=1):
+    wanted = range(seed, seed + count)
+    rollouts = [rollout for rollout in read_record(record) if rollout.seed in wanted]
+    known = {rollout.seed for rollout in rollouts}
+    finished = Parallel(n_jobs=jobs, return_as="generator")(delayed(roll_out)(k) for k in wanted if k not in known)
+    for number, rollout in enumerate(finished, start=len(known) + 1):
         rollouts.append(rollout)
+        _write(rollout, record)
         progress(f"rollout {number} of {count}", number / count)
     return tables_of(rollouts)
+
+
+def read_record(record: str | Path | None) -> list[Rollout]:
+    """The rollouts of a record; none where there is no such file yet. A line cut off by an interruption is left out."""
+    from pft_exec.evaluation.rollouts import Rollout
+
+    if record is None or not Path(record).exists():
+        return []
+    lines = Path(record).read_text(encoding="utf-8").splitlines()
+    return [Rollout.from_dict(json.loads(line)) for line in lines if line.endswith(_END)]
+
+
+def _write(rollout: Rollout, record: str | Path | None) -> None:
+    if record is not None:
+        with Path(record).open("a", encoding="utf-8") as file:
+            file.write(f"\n{json.dumps(rollout.to_dict())}")  # the break comes first: a line cut off spoils no other
 
 
 def tables_of(rollouts: Sequence[Rollout]) -> Tables:
@@ -74,7 +101,7 @@ def _row(kind: str, rollouts: list[Rollout]) -> dict[str, Any]:
         "worst torque share": max((rollout.torque for rollout in rollouts), default=0.0),
         "worst velocity share, pushes too": max((rollout.velocity for rollout in rollouts), default=0.0),
         "by the controller": max((rollout.driven for rollout in rollouts), default=0.0),
-        "nearest limit rad": -max((rollout.beyond for rollout in rollouts), default=0.0),
+        "nearest end stop rad, pushes too": -max((rollout.beyond for rollout in rollouts), default=0.0),
         "end error mm (median)": float(np.median(errors)) if errors else float("nan"),
     }
 
