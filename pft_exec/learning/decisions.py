@@ -5,13 +5,13 @@ In the flow: called once per motion by `pft_exec.learning.motion.learn_motion`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from scipy.special import fdtrc
 
 from pft_exec.demonstration import Demonstration
-from pft_exec.geometry import Array, geodesic_distance
+from pft_exec.geometry import Array
 from pft_exec.learning.carrying import carried_objects
 from pft_exec.learning.directions import split_directions
 from pft_exec.learning.frames import (
@@ -27,7 +27,6 @@ from pft_exec.learning.signals import signal_ends
 from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, EndDecision, FrameDecision, MotionVariables
 
 NEAR = 0.4  # of the extent: an object the tool ended (started) closer to than this is what the motion is about
-TURNED = 0.02  # rad: an object that turned less from demonstration to demonstration always stood the same way
 LEVER = 3.0  # spreads: a level offset longer than this makes the axes it is meant in matter
 AXES_ODDS = 3.0  # how much likelier an object's own axes must be than the world's
 
@@ -111,17 +110,23 @@ def _decide(
     )
 
 
-def _with_turn(decision: FrameDecision, poses: Mapping[str, Array], candidates: Sequence[Candidate]) -> FrameDecision:
-    """The decision, its offset turning with an object that always stood the same way: then nobody can know."""
-    if decision.frame not in poses or decision.directions or decision.frame == START:
+def _are_told_apart(evidence: Evidence, name: str) -> bool:
+    """Whether the two kinds of axes of a frame differ in how likely they are."""
+    odds = {c.axes: float(p) for p, c in zip(evidence.posterior, evidence.candidates, strict=False) if c.name == name}
+    return max(odds.values()) > AXES_ODDS * min(odds.values())
+
+
+def _with_turn(decision: FrameDecision, objects: Collection[str], evidence: Evidence) -> FrameDecision:
+    """The decision, its offset turning with an object that always stood much the same way: then nobody can know."""
+    if decision.frame not in objects or decision.directions:
         return decision
-    turns = poses[decision.frame][:, 3:]
     level = float(np.linalg.norm(decision.offset[:2]))
-    if float(geodesic_distance(turns[:1], turns).max()) > TURNED or level <= LEVER * decision.spread:
+    if level <= LEVER * decision.spread or _are_told_apart(evidence, decision.frame):
         return decision
-    own = next(c for c in candidates if c.name == decision.frame and c.axes == "object")
+    own = next(c for c in evidence.candidates if c.name == decision.frame and c.axes == "object")
     words = (
-        f"; {decision.frame} always stood the same way: whether the offset turns with it is not shown, it is taken to"
+        f"; {decision.frame} always stood much the same way: whether the offset turns with it is not shown, "
+        f"it is taken to"
     )
     return decision.changed(
         axes="object",
@@ -172,7 +177,7 @@ def _positions(
     ]
     if decisions[0].frame != ABSOLUTE:
         decisions[1] = _chained(decisions[0], decisions[1], candidates[1])
-    return [_with_turn(d, poses, c) for d, c in zip(decisions, candidates, strict=True)]
+    return [_with_turn(d, poses, e) for d, e in zip(decisions, evidence, strict=True)]
 
 
 def _orientations(

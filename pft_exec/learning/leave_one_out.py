@@ -17,6 +17,8 @@ from pft_exec.learning.experts import Experts, predict_in_frames
 from pft_exec.learning.stacking import ExpertErrors, blend_positions
 from pft_exec.learning.tempo import Tempo
 
+DECIDED = 4.0  # demonstrations that the decision for a frame counts as, beside those that show how well it predicts
+
 
 def _own_axes_where_they_help(experts: Experts, errors: ExpertErrors) -> Experts:
     """The experts with one kind of axes for each frame that has two: the one with which all of them predict best."""
@@ -46,7 +48,8 @@ def _believed_target(experts: Experts, poses: Poses, path: Array, overruled: boo
     if overruled or end is None:
         return 1.0
     errors = np.stack([end, path[:, -1]]) - experts.path[:, -1]
-    return float(ExpertErrors(errors[:, :, None], experts.floor).weights()[0, 0])
+    shown = float(ExpertErrors(errors[:, :, None], experts.floor).weights()[0, 0])
+    return (len(path) * shown + DECIDED) / (len(path) + DECIDED)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from pft_exec.exceptions import UnknownNameError
 from pft_exec.learning import learn_library, learn_motion
 from pft_exec.learning.decisions import find_variables
 from tests.learning.bottle_motions import LABELS, RELATIONS, perform
-from tests.learning.taught import TRUTH, all_lessons, lesson, scaled, with_objects
+from tests.learning.taught import TRUTH, all_lessons, lesson, scaled, taught, with_objects
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -63,6 +63,19 @@ def test_an_offset_in_the_axes_of_an_object_is_found() -> None:
         found.append(replace(d, position=position, objects={"drawer": drawer}))
     decision = learn_motion(found).variables.end.position
     assert (decision.frame, decision.axes) == ("drawer", "object")
+
+
+@pytest.mark.parametrize("degrees", [0.0, 2.0])
+def test_axes_that_the_demonstrations_do_not_tell_apart_are_ambiguous_and_the_offset_turns(degrees: float) -> None:
+    rng = np.random.default_rng(5)
+    demonstrations = []
+    for d in (taught("reach", rng, noise=0.006) for _ in range(5)):
+        yaw = np.radians(rng.uniform(-degrees, degrees))
+        bottle = np.array([*d.objects["bottle"][:3], 0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)])
+        demonstrations.append(replace(d, objects={**d.objects, "bottle": bottle}))
+    decision = learn_motion(demonstrations).variables.end.position
+    assert (decision.frame, decision.axes, decision.ambiguous) == ("bottle", "object", True)
+    assert "whether the offset turns with it is not shown" in decision.reason
 
 
 def _always_there(distance: float) -> list[Demonstration]:

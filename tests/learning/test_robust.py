@@ -119,6 +119,17 @@ def test_duplicated_samples_change_the_path_by_less_than_half_a_millimeter() -> 
     assert _gap(_tube(demonstrations, NEW["reach"]), _tube(doubled, NEW["reach"])) < 5e-4
 
 
+@pytest.mark.filterwarnings("ignore:the end of 'reach'")
+def test_three_demonstrations_of_an_end_that_one_frame_holds_are_not_pulled_away_by_the_others() -> None:
+    missed = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        demonstrations = [taught("reach", rng, noise=0.006) for _ in range(3)]
+        new = taught("reach", rng, noise=0.0)
+        missed.append(np.linalg.norm(_tube(demonstrations, new).position[-1] - new.position[-1]))
+    assert np.sqrt(np.mean(np.square(missed))) < 1.05 * 0.006
+
+
 @settings(max_examples=15, deadline=None)
 @given(
     count=st.integers(2, 7),
