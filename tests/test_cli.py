@@ -140,7 +140,8 @@ def test_one_demonstration_only_is_a_mistake(capsys: pytest.CaptureFixture[str],
 
 def test_a_substitution_names_two_objects(capsys: pytest.CaptureFixture[str], library: Path) -> None:
     for pair in ("bottle", "bottle=", "=can"):
-        assert "such as bottle=can" in mistake(capsys, "execute", library, "up", "--substitute", pair)
+        for command in ("execute", "assist"):
+            assert "such as bottle=can" in mistake(capsys, command, library, "up", "--substitute", pair)
 
 
 def test_learning_prints_the_decisions_and_holds_out_the_rest(

@@ -22,6 +22,7 @@ Plot = Annotated[Path | None, typer.Option(help="Write a picture (.png, .pdf, .s
 Log = Annotated[Path | None, typer.Option(help="Write the log of the run (HDF5).")]
 Mirror = Annotated[bool, typer.Option("--mirror", help="The library was taught with the other arm.")]
 Substitute = Annotated[list[str] | None, typer.Option(help="Object in place of the taught one, such as bottle=can.")]
+Avoid = Annotated[list[str] | None, typer.Option(help="Object to keep clear of; may be repeated.")]
 Grasp = Annotated[str, typer.Option(help="What holds an object in a gripper: friction or constraint.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Exit status 1 where a figure misses its floor.")]
 LibraryFile = Annotated[Path, typer.Argument(help="Motion library (HDF5) that `learn` wrote.")]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,24 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pft_exec.cli.application import command
-from pft_exec.cli.options import (
-    ArmName,
-    Grasp,
-    Gui,
-    Json,
-    LibraryFile,
-    Log,
-    Mirror,
-    Pace,
-    Plot,
-    Robot,
-    Seed,
-    Softness,
-    Solver,
-    Substitute,
-    Task,
-    Tool,
-)
+from pft_exec.cli.options import LibraryFile
+from pft_exec.cli.run_options import RunOptions, with_options
 from pft_exec.cli.terminal import print_tables, progress
 
 if TYPE_CHECKING:
@@ -38,82 +22,51 @@ if TYPE_CHECKING:
 
 
 @command("execute library.h5 reach --seed 7 --log run.h5 --plot run.png")
+@with_options(RunOptions)
 def execute(
     library: LibraryFile,
     motion: Annotated[str, typer.Argument(help="Motion of the library.")],
-    robot: Robot = "pr2",
-    task: Task = "tabletop",
-    tool: Tool = None,
-    arm: ArmName = None,
-    mirror: Mirror = False,
-    grasp: Grasp = "friction",
-    substitute: Substitute = None,
-    avoid: Annotated[list[str] | None, typer.Option(help="Object to keep clear of; may be repeated.")] = None,
-    pace: Pace = 1.0,
-    softness: Softness = 0.1,
-    solver: Solver = "daqp",
-    seed: Seed = 0,
-    log: Log = None,
-    plot: Plot = None,
-    gui: Gui = False,
-    as_json: Json = False,
+    options: RunOptions,
 ) -> None:
     """Execute a motion by itself in a scene that is drawn from the task's placements."""
     from pft_exec import execute as execute_tube
 
-    swaps = _substitutions(substitute)
-    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui, grasp, swaps) as (world, known):
-        tube = known[motion].flow_tube(world.scene, world.tool(arm), swaps)
-        run = execute_tube(
-            world, tube, arm, avoid=avoid or (), pace=pace, softness=softness, solver=solver, substitute=swaps
-        )
-    _report_run(run, log, plot, as_json)
+    with _stage(library, motion, options) as (world, known):
+        tube = known[motion].flow_tube(world.scene, world.tool(options.arm), options.swaps)
+        run = execute_tube(world, tube, options.arm, **options.of_a_run())
+    _report_run(run, options)
 
 
 @command("assist library.h5 reach --seed 7 --log run.h5 --plot seam.png")
+@with_options(RunOptions)
 def assist(
     library: LibraryFile,
     motion: Annotated[str, typer.Argument(help="Motion that the synthetic hand begins, without saying so.")],
-    robot: Robot = "pr2",
-    task: Task = "tabletop",
-    tool: Tool = None,
-    arm: ArmName = None,
-    mirror: Mirror = False,
-    grasp: Grasp = "friction",
+    options: RunOptions,
     ask: Annotated[bool, typer.Option("--ask", help="Ask you, not the hand, where two motions are close.")] = False,
     take_back: Annotated[
         list[str] | None,
         typer.Option(help="The hand takes the arm back for a motion, at a place from 0 to 1: reach@0.4. Repeatable."),
     ] = None,
     let_go: Annotated[float, typer.Option(help="s over which the hand's force fades at a take-over.", min=0.0)] = 0.15,
-    pace: Pace = 1.0,
-    softness: Softness = 0.1,
-    solver: Solver = "daqp",
-    seed: Seed = 0,
-    log: Log = None,
-    plot: Plot = None,
-    gui: Gui = False,
-    as_json: Json = False,
 ) -> None:
     """A hand begins a motion; the robot recognizes it, takes over and finishes it."""
     from pft_exec import assist as assist_hand
 
     answer, plans = _ask if ask else None, [_take_back_plan(text) for text in take_back or ()]
-    with _stage(library, motion, robot, task, tool, arm, mirror, seed, gui, grasp, bar=not ask) as (world, known):
+    with _stage(library, motion, options, bar=not ask) as (world, known):
         run = assist_hand(
             world,
             known,
             motion,
-            arm,
-            seed=seed,
+            options.arm,
+            seed=options.seed,
             answer=answer,
             take_backs=plans,
             let_go=let_go,
-            pace=pace,
-            softness=softness,
-            solver=solver,
+            **options.of_a_run(),
         )
-    _report_run(run, log, plot, as_json)
+    _report_run(run, options)
 
 
 def _take_back_plan(text: str) -> TakeBackPlan:
@@ -140,44 +93,24 @@ def _ask(labels: tuple[str, ...], belief: Belief) -> str | None:
 
 
 @contextmanager
-def _stage(
-    library: Path,
-    motion: str,
-    robot: str,
-    task: str,
-    tool: str | None,
-    arm: str | None,
-    mirror: bool,
-    seed: int,
-    gui: bool,
-    grasp: str,
-    substitute: Mapping[str, str] | None = None,
-    bar: bool = True,
-) -> Iterator[tuple[World, MotionLibrary]]:
+def _stage(library: Path, motion: str, options: RunOptions, bar: bool = True) -> Iterator[tuple[World, MotionLibrary]]:
     """A world set up for a motion of the task, and a library that knows it, as the arm makes its motions."""
     from pft_exec import MotionLibrary, World, load_robot
     from pft_exec.execution import prepare
 
     known = MotionLibrary.load(library)
     known[motion]  # refused before any world opens
-    with progress(motion, bar), World(load_robot(robot, tool), task, gui=gui, seed=seed, grasp=grasp) as world:
-        prepare(world, motion, arm, seed=seed, substitute=substitute)
-        yield world, known.mirrored(world.base) if mirror else known
+    swaps, robot, seed = options.swaps, load_robot(options.robot, options.tool), options.seed
+    with progress(motion, bar), World(robot, options.task, gui=options.gui, seed=seed, grasp=options.grasp) as world:
+        prepare(world, motion, options.arm, seed=seed, substitute=swaps)
+        yield world, known.mirrored(world.base) if options.mirror else known
 
 
-def _substitutions(pairs: Sequence[str] | None) -> dict[str, str]:
-    """``["bottle=can"]`` as a mapping from the taught object to the one that takes its place."""
-    named = {taught: now for taught, _, now in (pair.partition("=") for pair in pairs or ())}
-    if not all((*named, *named.values())):
-        raise typer.BadParameter("a substitution names two objects, such as bottle=can.")
-    return named
-
-
-def _report_run(run: ExecutionLog, log: Path | None, plot: Path | None, as_json: bool) -> None:
+def _report_run(run: ExecutionLog, options: RunOptions) -> None:
     from pft_exec.report import log_rows, log_summary, plot_log
 
-    if log is not None:
-        run.save(log)
-    if plot is not None:
-        plot_log(run, plot)
-    print_tables(as_json, log_summary(run), {run.reason: log_rows(run)})
+    if options.log is not None:
+        run.save(options.log)
+    if options.plot is not None:
+        plot_log(run, options.plot)
+    print_tables(options.as_json, log_summary(run), {run.reason: log_rows(run)})
