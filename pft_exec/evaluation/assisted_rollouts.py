@@ -57,6 +57,7 @@ def run_assisted(
     mismatch: Mismatch,
     faults: Sequence[Fault],
     witness: Callable[[World], Callable[[World], None]],
+    control_period: float = 2e-3,
 ) -> ExecutionLog:
     """Let a hand begin a motion in a scene that nobody taught, and let faults act.
 
@@ -69,6 +70,7 @@ def run_assisted(
     faults : sequence of Fault
     witness : callable
         Given the world that was set up; what it returns looks on after every control period.
+    control_period : float, s
 
     Raises
     ------
@@ -77,7 +79,7 @@ def run_assisted(
     """
     library = task_library(robot, task)
     model = load_robot(robot, tool=TOOLS[robot])
-    with World(model, task, seed=seed, control_period=2e-3, physics_step=1e-3, mismatch=mismatch) as world:
+    with World(model, task, seed=seed, control_period=control_period, physics_step=1e-3, mismatch=mismatch) as world:
         prepare(world, label, seed=seed)
         return assist(world, library, label, seed=seed, faults=faults, observer=witness(world))
 

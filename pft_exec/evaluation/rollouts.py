@@ -33,7 +33,9 @@ from pft_exec.model import Arm, load_robot
 from pft_exec.simulation import ORDINARY, Mismatch, World
 
 ROBOTS = {"pr2": "right", "wam": "arm"}
-CONTROL_PERIOD, PHYSICS_STEP = 2e-3, 1e-3
+CONTROL_PERIODS, PHYSICS_STEP = (2e-3, 1e-3), 1e-3
+QUICK_SHARE = 0.25
+"""Share of the rollouts that are controlled at the second period; most at the first, where less is borne."""
 LABELS = ("raise", "sweep", "tilt")
 DURATION = 1.2
 """s; about how long a tube is."""
@@ -84,6 +86,7 @@ class Plan:
     faults : tuple of Fault
     task : str
         In which a hand leads; empty where nobody does.
+    control_period : float, s
     """
 
     seed: int
@@ -93,6 +96,7 @@ class Plan:
     mismatch: Mismatch
     faults: tuple[Fault, ...]
     task: str = ""
+    control_period: float = CONTROL_PERIODS[0]
 
 
 @dataclass(frozen=True)
@@ -185,6 +189,7 @@ def draw_plan(seed: int) -> Plan:
         mismatch,
         tuple(_possible(fault, robot) for fault in faults),
         task,
+        CONTROL_PERIODS[int(rng.random() < QUICK_SHARE)],
     )
 
 
@@ -232,9 +237,10 @@ def run_plan(plan: Plan) -> tuple[Rollout, ExecutionLog | None]:
 
 def _run(plan: Plan, witness: Callable[[World], Observer]) -> ExecutionLog:
     if plan.task:
-        return run_assisted(plan.robot, plan.task, plan.label, plan.seed, plan.mismatch, plan.faults, witness)
+        run = plan.robot, plan.task, plan.label, plan.seed
+        return run_assisted(*run, plan.mismatch, plan.faults, witness, plan.control_period)
     arm_name = ROBOTS[plan.robot]
-    with _opened(plan.robot, plan.mismatch) as world:
+    with _opened(plan.robot, plan.mismatch, plan.control_period) as world:
         arm = world.arm(arm_name)
         world.reset(configurations={arm_name: _resting(arm, plan.posture)})
         tube = _library(plan.robot)[plan.label].flow_tube(Scene(), world.tool(arm_name))
@@ -303,12 +309,12 @@ def _resting(arm: Arm, offset: tuple[float, ...]) -> np.ndarray:
 
 
 @contextmanager
-def _opened(robot: str, mismatch: Mismatch) -> Iterator[World]:
+def _opened(robot: str, mismatch: Mismatch, control_period: float = CONTROL_PERIODS[0]) -> Iterator[World]:
     """A robot that stands free of the task's table."""
     task = load_task("tabletop")
     aside = replace(task, robot_base=Pose(np.array([-2.0, 0.0, 0.0])))
     with World(
-        robot, aside, _scene(), control_period=CONTROL_PERIOD, physics_step=PHYSICS_STEP, mismatch=mismatch
+        robot, aside, _scene(), control_period=control_period, physics_step=PHYSICS_STEP, mismatch=mismatch
     ) as world:
         yield world
 
