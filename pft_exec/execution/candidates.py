@@ -108,8 +108,8 @@ class Candidates:
         substitute: Mapping[str, str] | None = None,
     ) -> None:
         self._loop, self._library, self._softness = loop, library, softness
-        self._substitute = dict(substitute or {})
-        tubes = library.flow_tubes(scene, start, self._substitute)
+        self.substitute = dict(substitute or {})
+        tubes = library.flow_tubes(scene, start, self.substitute)
         self.by_label = {label: Candidate(loop, tube, softness) for label, tube in tubes.items()}
         self._renewal: Iterator[Candidate | None] | None = None
         self._renewed: dict[str, Candidate] = {}
@@ -145,7 +145,7 @@ class Candidates:
         """One candidate after the other; a motion whose object is gone keeps the tube that it had."""
         for label, before in list(self.by_label.items()):
             try:
-                tube = self._library[label].flow_tube(scene, start, self._substitute)
+                tube = self._library[label].flow_tube(scene, start, self.substitute)
             except MissingObjectError:
                 yield before
             else:

@@ -20,14 +20,18 @@ from pft_exec.handoff import Decision, PolicySettings, TakeoverPolicy
 from pft_exec.learning import FlowTube
 from pft_exec.recognition import Belief, OnlineRecognizer
 
+GRIPPER_WIDTH = "gripper"
+"""Name of the continuous variable; it tells motions apart by what the gripper holds, unless that is a substitute."""
 PACE_RANGE = (0.5, 1.5)
 """How much slower or faster than taught the person's pace may carry over."""
 RETRY = 0.1
 """s after which a take-over that could not be planned is tried again."""
 
-LONG_JOIN, LATE_PHASE = 0.7, 0.75
-"""s, and in [0, 1]: a transition that would take longer waits for a better moment, as long as the hand still leads and
-the motion is not this far on."""
+STRAYS, LATE_PHASE = 0.02, 0.9
+"""m, and in [0, 1]: a transition that would lead the tool so much farther from the tube than it is now waits for a
+better moment, as long as the hand still leads and the motion is not this far on."""
+SOON = 0.05
+"""s after which a better moment is looked for."""
 
 GRASPING = 0.12
 """s after a take-back that the hand takes to pull the tool from the robot's way onto its own."""
@@ -129,7 +133,8 @@ class Companion:
     def _recognize(self) -> None:
         world, name = self.loop.world, self.loop.name
         tool = self.loop.tool()
-        sample = Sample(self.loop.time, tool.position, tool.quaternion, {"gripper": world.gripper(name)})
+        widths = {} if self.candidates.substitute else {GRIPPER_WIDTH: world.gripper(name)}  # of what was taught
+        sample = Sample(self.loop.time, tool.position, tool.quaternion, widths)
         discrete = {GRIPPER_CLOSED: int(world.is_gripper_closed(name))} if self._signals else None
         for seen in self.loop.injector.samples(sample):
             belief = self._recognizer.update(seen.time, seen.position, seen.quaternion, seen.continuous, discrete)
@@ -165,8 +170,8 @@ class Companion:
             self.reason, self._not_before = takeover.reason, self.loop.time + RETRY
             self._decline(takeover.reason)
             return None
-        if takeover.transition.duration > LONG_JOIN and phase < LATE_PHASE:
-            self.reason, self._not_before = f"a way onto {decision.label!r} would be long", self.loop.time + RETRY
+        if phase < LATE_PHASE and takeover.straying(self.loop.arm) > STRAYS:
+            self.reason, self._not_before = f"the way onto {decision.label!r} would stray", self.loop.time + SOON
             return None
         self.loop.log.event(self.loop.time, "take_over", decision.reason)
         return takeover

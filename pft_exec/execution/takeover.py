@@ -15,9 +15,11 @@ from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.geometry import Array
 from pft_exec.handoff import JointState, Transition, plan_transition
 from pft_exec.learning.flow_tube import FlowTube
+from pft_exec.model import Arm
 
 REACH = (0.02, 0.1)
 """m, rad; a tube from which the arm's nearest path strays farther is beyond its reach."""
+_LOOKS = 12  # at a transition, to see how far it strays
 SPEED_SHARE = 0.95
 """Share of each joint's velocity limit that a transition may use; the rest is for the feedback of an arm that is not as
 modeled. More than a tube may ask for itself (`joint_trajectory.LIMIT_SHARE`), which it has to meet."""
@@ -65,6 +67,16 @@ class Takeover:
     def duration(self) -> float:
         """Until the tube's end is reached, s."""
         return max(self.trajectory.duration, self.transition.duration)
+
+    def straying(self, arm: Arm) -> float:
+        """How much farther than it is now from where the tube has it, m, the transition leads the tool meanwhile."""
+        away = [
+            arm.forward(self.transition.at(time)[0]).position
+            - arm.forward(self.trajectory.at(time).configuration).position
+            for time in np.linspace(0.0, self.transition.duration, _LOOKS)
+        ]
+        distance = np.linalg.norm(away, axis=1)
+        return float(distance.max() - distance[0])
 
     def jumps(self) -> dict[str, float]:
         """Largest jumps of the commanded joints at both seams: position (rad), velocity, acceleration.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +11,14 @@ import pytest
 from pft_exec.exceptions import UnknownMotionError, UnreachableError
 from pft_exec.execution import ExecutionLog, Stage, assist, prepare
 from pft_exec.execution.assistance import LET_GO
+from pft_exec.execution.candidates import Candidate
+from pft_exec.execution.companion import SOON
+from pft_exec.execution.control_loop import ControlLoop
+from pft_exec.execution.takeover import Takeover, plan_takeover
 from pft_exec.handoff import PolicySettings
+from pft_exec.handoff.moving_frame import JointState
 from pft_exec.learning import MotionLibrary, learn_library
+from pft_exec.model import Arm
 from pft_exec.recognition import Belief
 from pft_exec.simulation import World
 
@@ -101,6 +108,42 @@ def test_a_person_who_is_asked_decides(shared_world: World, library: MotionLibra
     assert log.details["asked"] == len(asked)
     assert log.label == "reach"
     assert log.event("ask") is not None
+
+
+def test_a_way_that_would_stray_from_the_tube_waits_for_a_better_moment(
+    log: ExecutionLog, shared_world: World, library: MotionLibrary, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks: list[float] = []
+
+    def stray_at_first(takeover: Takeover, arm: Arm) -> float:
+        looks.append(shared_world.time)
+        return 0.1 if len(looks) < 3 else 0.0
+
+    monkeypatch.setattr(Takeover, "straying", stray_at_first)
+    prepare(shared_world, "reach", seed=3)
+    later = assist(shared_world, library, "reach", seed=3)
+    assert later.success, later.reason
+    assert later.details["take_over_time"] == pytest.approx(log.details["take_over_time"] + 2 * SOON)
+
+
+def test_a_transition_onto_a_tube_near_by_does_not_stray(shared_world: World, library: MotionLibrary) -> None:
+    prepare(shared_world, "reach", seed=3)
+    loop = ControlLoop(shared_world)
+    candidate = Candidate(loop, library["reach"].flow_tube(shared_world.scene, shared_world.tool()), 0.1)
+    planned = plan_takeover(loop, candidate, 0.0, starting=0.3)
+    assert planned.straying(loop.arm) < 0.005
+    gone_round = replace(planned, transition=replace(planned.transition, duration=1.0, _path=_aside(planned)))
+    assert gone_round.straying(loop.arm) > 0.03
+
+
+def _aside(planned: Takeover) -> Callable[[float], JointState]:
+    """A way onto the tube that turns the first joint by 0.1 rad and back on the way."""
+
+    def at(time: float) -> JointState:
+        q, v, a = planned.transition.end
+        return q + 0.1 * np.sin(np.pi * time) * np.eye(len(q))[0], v, a
+
+    return at
 
 
 def test_a_motion_that_is_never_taken_over_is_the_hands(shared_world: World, library: MotionLibrary) -> None:
