@@ -101,6 +101,13 @@ class TrackingController:
         """
         self._reference, self._compliance, self._since = reference, compliance, since
         self._blend_since = since if blend else -np.inf
+        if blend and self._weight is not None:
+            self._weight.expect()
+
+    @property
+    def unknown_mass(self) -> float:
+        """Mass, kg, that the tool carries besides the model's, as far as it is known."""
+        return 0.0 if self._weight is None else self._weight.mass
 
     def avoid(self, obstacles: Sequence[Obstacle], time: float = 0.0) -> None:
         """Keep off these obstacles from now on, and off no others.
@@ -169,7 +176,7 @@ class TrackingController:
         concluded = self._conclude(solution, tracking, posture, dynamics, load)
         told = {"solve_time": solve_time} if near is None else {"solve_time": solve_time, **_closeness(near, solution)}
         command = _command(concluded, solution, reference, tool, error, told)
-        self._remember(time, v, dynamics, known - command.torque)
+        self._remember(time, (q, v), dynamics, known, command)
         return command
 
     def _known_load(self, time: float, reference: JointReference, dynamics: ArmDynamics, q: Array, v: Array) -> Array:
@@ -179,14 +186,19 @@ class TrackingController:
         is_carried = time - self._carried_since >= BLENDING_TIME
         return load if is_carried else load + self._weight_to_come(time, q)
 
-    def _remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
-        """Keep what the estimate of the weight needs; not while two controllers are blended."""
+    def _remember(
+        self, time: float, state: tuple[Array, Array], dynamics: ArmDynamics, known: Array, command: Command
+    ) -> None:
+        """Keep what the estimate of the weight needs; not while a change of payload comes in."""
         if self._weight is None:
             return
-        if time - max(self._blend_since, self._carried_since) < BLENDING_TIME:
+        if time - self._carried_since < BLENDING_TIME:
             self._weight.forget()
-        else:
-            self._weight.remember(time, v, dynamics, missing)
+            return
+        if time - self._blend_since < BLENDING_TIME:  # friction acts in full, whatever of it is fed forward
+            friction = friction_torque(self.arm.friction, command.velocity)
+            known = dynamics.bias - self.arm.counterbalance(state[0]) + friction
+        self._weight.remember(time, state[1], dynamics, known - command.torque)
 
     def _program(
         self,

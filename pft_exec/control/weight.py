@@ -7,7 +7,14 @@ What the joints do and what was commanded differ by the torque of forces from ou
 from which the wrench F at the tool follows by least squares, each joint weighed by its friction, which is what is
 known worst. Its vertical part is a weight, if it lasts: a low pass of a second, between bounds. A person's force is
 meant to move the arm and must not be cancelled: the horizontal parts and the moments are left alone, and while a
-horizontal force of more than a few newtons is felt somebody is there, and the estimate rests. Derivation ours.
+horizontal force of more than a few newtons is felt somebody is there, and the estimate rests.
+
+Where the arm is taken over from a hand, the hand has borne the weight until now: nothing is known of it then, and much
+half a second later. The rate at which the estimate follows is that of a Kalman-Bucy filter of a mass that wanders,
+
+.. math:: \dot K = 1 / T^2 - K^2, \qquad K(0) = 1 / T_0,
+
+from the short time :math:`T_0` in which a weight shows to the low pass of time T. Derivation ours.
 """
 
 from __future__ import annotations
@@ -25,6 +32,8 @@ GRAVITY = 9.81
 """m/s^2."""
 TIME_CONSTANT = 1.0
 """s; of the estimate: far longer than a push, far shorter than a motion."""
+FIRST_TIME = 0.03
+"""s; the same, where nothing is known."""
 FEELING_TIME = 0.05
 """s; of the wrench by which a person is told from a weight."""
 HORIZONTAL = 4.0
@@ -48,9 +57,14 @@ class WeightEstimate:
     def restart(self, arm: Arm) -> None:
         """Forget everything: another model, or another task."""
         self.mass = 0.0
+        self._rate = 1.0 / TIME_CONSTANT
         self.force = np.zeros(3)
         self._weights: Array = np.asarray(1.0 / (arm.friction.coulomb + _LEAST_FRICTION) ** 2, dtype=float)
         self._before: tuple[float, Array, ArmDynamics, Array] | None = None
+
+    def expect(self) -> None:
+        """Nothing is known of the weight: somebody else has borne it until now."""
+        self._rate = 1.0 / FIRST_TIME
 
     def remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
         """Remember a control period.
@@ -80,7 +94,8 @@ class WeightEstimate:
         self.force += min(1.0, period / FEELING_TIME) * (force - self.force)
         if math.hypot(self.force[0], self.force[1]) < HORIZONTAL:
             found = min(max(-self.force[2] / GRAVITY, BOUNDS[0]), BOUNDS[1])
-            self.mass += period / TIME_CONSTANT * (found - self.mass)
+            self.mass += (1.0 - math.exp(-period * self._rate)) * (found - self.mass)
+            self._rate += period * (TIME_CONSTANT**-2 - self._rate**2) / (1.0 + period * self._rate)
         return self.mass
 
 

@@ -30,6 +30,8 @@ from pft_exec.execution.takeover import Takeover, beyond_reach
 from pft_exec.geometry import Array
 from pft_exec.handoff import PacedClock
 
+TOLD_MASS = 0.2
+"""kg; an unknown load that is worth telling of: a friction error of a tenth looks like as much."""
 HOLD_TIME = 0.4
 """s of rest at the tube's end before a pursuit counts as finished."""
 
@@ -249,6 +251,9 @@ class Pursuit:
     def _note_join(self) -> None:
         join, label = self.takeover.transition.duration, self.takeover.label
         self.loop.log.event(self.loop.time, "joined", f"the tube of {label!r} {join:.3f} s after the take-over")
+        unknown = self._controller.unknown_mass
+        if abs(unknown) >= TOLD_MASS:
+            self.loop.log.event(self.loop.time, "payload", f"{unknown:.2f} kg that no model knows of are held")
 
     def _outcome(self, ending: Ending, reason: str) -> Outcome:
         phase = 0.0 if self._command is None else self._command.phase

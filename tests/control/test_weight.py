@@ -28,19 +28,41 @@ def swaying(start):
     return at
 
 
-def mass_after(arm, start, duration, payload=0.0, force=(0.0, 0.0, 0.0)):
+def mass_after(arm, start, duration, payload=0.0, force=(0.0, 0.0, 0.0), blend=False):
     controller = TrackingController(arm, PERIOD)
-    controller.follow(swaying(start), constant_compliance(200.0), 0.0, blend=False)
+    controller.follow(swaying(start), constant_compliance(200.0), 0.0, blend=blend)
     plant = Plant(arm, start, payload=payload)
     for step in range(round(duration / PERIOD)):
         command = controller.update(PERIOD * step, plant.q, plant.v)
         for _ in range(2):
             plant.step(command.torque, force)
-    return controller._weight.mass
+    return controller.unknown_mass
 
 
 def test_half_a_kilogram_is_found_within_three_seconds(arm, start):
     assert mass_after(arm, start, 3.0, payload=0.5) == pytest.approx(0.5, abs=0.08)
+
+
+def test_a_weight_that_a_hand_has_borne_until_now_is_found_in_the_time_of_a_transition(arm, start):
+    """Where the arm has tracked before, a force that comes may be a person's, and is not cancelled as soon."""
+    assert mass_after(arm, start, 0.4, payload=0.5, blend=True) == pytest.approx(0.5, abs=0.12)
+    assert mass_after(arm, start, 0.4, payload=0.5) <= 0.25
+
+
+def test_a_second_after_a_take_over_a_push_is_a_person_again(arm, start):
+    estimate = WeightEstimate(arm)
+    estimate.expect()
+    dynamics = arm.dynamics(start, np.zeros(7))
+    push = -dynamics.jacobian[:3].T @ np.array([0.0, 0.0, -5.0])
+
+    def hold(periods, first, missing):
+        for k in range(first, first + periods):
+            estimate.remember(PERIOD * k, np.zeros(7), dynamics, missing)
+            estimate.update(PERIOD * (k + 1), np.zeros(7))
+
+    hold(500, 0, np.zeros(7))
+    hold(150, 500, push)
+    assert abs(estimate.mass) <= 0.25
 
 
 def test_no_weight_is_found_where_there_is_none(arm, start):
