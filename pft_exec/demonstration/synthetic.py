@@ -235,26 +235,14 @@ def human_path(
     is_alone = drawn is not None and len(np.asarray(positions)) == 1
     positions, quaternions, durations = _checked(*_resting(positions, quaternions, durations, drawn, curve_duration))
     still = np.zeros(len(durations)) if rests is None or np.size(rests) == 0 else np.asarray(rests, dtype=float)
-    axes = np.array([1.0, 1.0, 0.0 if planar else 1.0])
-    turning = 0.0 if planar else 1.0
-    steps, turns = np.diff(positions, axis=0), relative_rotation_vector(quaternions[:-1], quaternions[1:])
     pace = np.exp(style.pace * np.clip(rng.standard_normal(), -1.5, 1.5))
-    steps[-1] += style.end_error * axes * rng.standard_normal(3)
-    turns[-1] += style.end_angle * turning * rng.standard_normal(3)
+    steps, turns = _draw_steps(positions, quaternions, style, rng, planar)
     onsets, spans, arrivals = _timing(durations * pace, style.overlap, still)
     lengths = np.linalg.norm(steps, axis=1)
-    length = float(lengths.sum())
-    bows = _sideways(style.bow * length * axes * rng.standard_normal((2, 3)), positions[-1] - positions[0])
-    wobbles = style.wobble * turning * rng.standard_normal((2, 3))
-    tremor, tremor_angle, rates = _draw_tremor(style, rng, axes, turning)
-    curve_onset, curve_span = 0.0, pace * curve_duration
-    if drawn is not None:
-        curve_onset = 0.0 if is_alone else float(arrivals[-1] + still[-1])
-        drawn = _varied(drawn, style, rng)
-    over = max(float(np.max(onsets + spans)), curve_onset + curve_span)
-    legs, leg_weights = _legs(arrivals, still, lengths, over)
-    pause_at, pause_cost = _draw_pause(style, rng, over)
-    weights = np.array([[1.0], [0.5]])  # the second half wave makes a slight S
+    deviations = _draw_deviations(style, rng, planar, float(lengths.sum()), positions[-1] - positions[0])
+    curve_onset = float(arrivals[-1] + still[-1]) if drawn is not None and not is_alone else 0.0
+    drawn = None if drawn is None else _varied(drawn, style, rng)
+    over = max(float(np.max(onsets + spans)), curve_onset + pace * curve_duration)
     return HumanPath(
         positions[0],
         quaternions[0],
@@ -262,20 +250,41 @@ def human_path(
         turns,
         onsets,
         spans,
-        weights * bows,
-        weights * wobbles,
-        tremor,
-        tremor_angle,
-        rates,
-        pause_at,
-        pause_cost,
-        legs,
-        leg_weights,
+        *deviations,
+        *_draw_pause(style, rng, over),
+        *_legs(arrivals, still, lengths, over),
         arrivals,
         drawn,
         curve_onset,
-        curve_span,
+        pace * curve_duration,
     )
+
+
+def _draw_steps(
+    positions: Array, quaternions: Array, style: HumanStyle, rng: np.random.Generator, planar: bool
+) -> tuple[Array, Array]:
+    """Displacement and rotation vector (S, 3) of each submovement; the last misses its end a little."""
+    steps, turns = np.diff(positions, axis=0), relative_rotation_vector(quaternions[:-1], quaternions[1:])
+    axes, turning = _of_chance(planar)
+    steps[-1] += style.end_error * axes * rng.standard_normal(3)
+    turns[-1] += style.end_angle * turning * rng.standard_normal(3)
+    return steps, turns
+
+
+def _draw_deviations(
+    style: HumanStyle, rng: np.random.Generator, planar: bool, length: float, direction: Array
+) -> tuple[Array, Array, Array, Array, Array]:
+    """Bows and wobbles (2, 3) of a way of some length, m, in a direction (3,), and the tremor on it."""
+    axes, turning = _of_chance(planar)
+    bows = _sideways(style.bow * length * axes * rng.standard_normal((2, 3)), direction)
+    wobbles = style.wobble * turning * rng.standard_normal((2, 3))
+    weights = np.array([[1.0], [0.5]])  # the second half wave makes a slight S
+    return weights * bows, weights * wobbles, *_draw_tremor(style, rng, axes, turning)
+
+
+def _of_chance(planar: bool) -> tuple[Array, float]:
+    """Shares of chance along the axes (3,) and in rotation: in a plane, nothing leaves it and nothing turns."""
+    return np.array([1.0, 1.0, 0.0 if planar else 1.0]), 0.0 if planar else 1.0
 
 
 def _timing(durations: Array, overlap: float, rests: Array) -> tuple[Array, Array, Array]:
