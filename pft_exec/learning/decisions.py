@@ -181,11 +181,15 @@ def _positions(
 
 
 def _orientations(
-    demonstrations: Sequence[Demonstration], poses: Mapping[str, Array], overrules: Overrules
+    demonstrations: Sequence[Demonstration],
+    poses: Mapping[str, Array],
+    places: Sequence[FrameDecision],
+    overrules: Overrules,
 ) -> list[FrameDecision]:
     starts, ends = tool_poses(demonstrations, 0), tool_poses(demonstrations, -1)
     candidates = [orientation_candidates(starts, None, poses), orientation_candidates(ends, starts, poses)]
-    evidence = weigh_frames(candidates, TURN_EXTENT, TURN_SCATTER)
+    near = [{*place.relevant, *place.rivals} for place in places]
+    evidence = weigh_frames(candidates, TURN_EXTENT, TURN_SCATTER, near)
     start, end = (
         _decide(c, e, TURN_EXTENT, "rad", overrules.get(f"{end}.orientation"))
         for c, e, end in zip(candidates, evidence, ENDS, strict=True)
@@ -208,7 +212,7 @@ def find_variables(demonstrations: Sequence[Demonstration], overrules: Overrules
     start, end = _positions(demonstrations, poses, overrules)
     turns: list[FrameDecision | None] = [None, None]
     if demonstrations[0].quaternion is not None:
-        turns = [*_orientations(demonstrations, poses, overrules)]
+        turns = [*_orientations(demonstrations, poses, (start, end), overrules)]
     continuous, discrete = signal_ends(demonstrations)
     return MotionVariables(
         EndDecision(start, turns[0]), EndDecision(end, turns[1]), carried_objects(demonstrations), continuous, discrete

@@ -12,7 +12,7 @@ end that is much narrower than its start is unlikely to be free.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,7 @@ SCATTER_LOG_DEVIATION = 0.5
 CONTRACTION_WIDTH = 0.25  # log units over which a free end narrower than its start becomes unlikely
 FLOOR = 0.002  # in extents: a spread below it is as good as none
 PRIOR = {NONE: 2.0, ABSOLUTE: 1.0, START: 1.0, "objects": 1.0}  # before seeing the data; all objects share theirs
+APART = 0.1  # times that: an object that turns the tool, but does not hold its place at that end
 DECISIVE = 0.8  # posterior below which a decision counts as ambiguous
 TURN_EXTENT = 1.0  # rad, the extent that orientations are measured by
 TURN_SCATTER = 0.08  # rad, `SCATTER` of orientations: a hand that may hold the tool anyhow still holds it naturally
@@ -75,10 +76,16 @@ def _log_likelihoods(candidates: Sequence[Candidate], extent: float, dimension: 
     return -degrees * _GRID - 0.5 * squares[:, None] * np.exp(-2.0 * _GRID)
 
 
-def _prior(names: Sequence[str]) -> Array:
-    """(C,): prior weight of each candidate; kinds of axes share that of their frame."""
+def _prior(names: Sequence[str], near: Collection[str] | None) -> Array:
+    """(C,): prior weight of each candidate; kinds of axes share that of their frame.
+
+    `near` are the frames that hold the place at this end, None where this is about the place.
+    """
     objects = len(set(names) - {ABSOLUTE, START})
-    return np.array([PRIOR.get(n, PRIOR["objects"] / max(objects, 1)) / names.count(n) for n in names])
+    prior = np.array([PRIOR.get(n, PRIOR["objects"] / max(objects, 1)) / names.count(n) for n in names])
+    if near is not None:
+        prior *= [1.0 if n in (ABSOLUTE, START) or n in near else APART for n in names]
+    return prior
 
 
 def _scatter(other: float, median: float) -> Array:
@@ -89,17 +96,24 @@ def _scatter(other: float, median: float) -> Array:
     return weights
 
 
-def _hypotheses(candidates: Sequence[Candidate], extent: float, dimension: int, other: float, scatter: float) -> Array:
+def _hypotheses(
+    candidates: Sequence[Candidate], prior: Array, extent: float, dimension: int, other: float, scatter: float
+) -> Array:
     """(C + 1, G): prior times likelihood of each hypothesis, given each shared precision; none comes last."""
     log_likelihood = _log_likelihoods(candidates, extent, dimension)
     likelihood = np.exp(log_likelihood - log_likelihood.max())
     names = [c.name for c in candidates]
-    tied = _prior(names)[:, None] * (likelihood @ _AROUND.T)
+    tied = prior[:, None] * (likelihood @ _AROUND.T)
     free = PRIOR[NONE] * float(likelihood[names.index(ABSOLUTE)] @ _scatter(other, scatter))
     return np.vstack([tied, np.full(len(_GRID), free)])
 
 
-def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float, scatter: float = SCATTER) -> list[Evidence]:
+def weigh_frames(
+    ends: Sequence[Sequence[Candidate]],
+    extent: float,
+    scatter: float = SCATTER,
+    near: Sequence[Collection[str] | None] = (None, None),
+) -> list[Evidence]:
     """Posterior of the frames at the ends of one motion, which share a precision.
 
     Parameters
@@ -109,13 +123,18 @@ def weigh_frames(ends: Sequence[Sequence[Candidate]], extent: float, scatter: fl
         Size of the motion, m; `TURN_EXTENT` rad for orientations.
     scatter : float
         Median standard deviation per axis of an end that nothing determines, in extents.
+    near : for each end, the frames that hold the place there, where this is about orientation
     """
     seen = np.linalg.matrix_rank(np.stack([c.residual for end in ends for c in end]), tol=1e-9 * extent).max()
     dimension = max(int(min(seen, 3)), 1)
     if len(ends[0][0].residual) - 1 < 3:
         dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for e in ends for c in e], axis=0))))
     before = [0.0] + [end[0].spread / np.sqrt(dimension) / extent for end in ends[:-1]]
-    hypotheses = [_hypotheses(end, extent, dimension, other, scatter) for end, other in zip(ends, before, strict=True)]
+    priors = [_prior([c.name for c in end], held) for end, held in zip(ends, near, strict=True)]
+    hypotheses = [
+        _hypotheses(end, prior, extent, dimension, other, scatter)
+        for end, prior, other in zip(ends, priors, before, strict=True)
+    ]
     found = []
     for index, end in enumerate(ends):
         others = np.prod([h.sum(axis=0) for i, h in enumerate(hypotheses) if i != index], axis=0)

@@ -10,10 +10,11 @@ import pytest
 
 from pft_exec.demonstration import Demonstration
 from pft_exec.exceptions import UnknownNameError
+from pft_exec.geometry import multiply
 from pft_exec.learning import learn_library, learn_motion
 from pft_exec.learning.decisions import find_variables
 from tests.learning.bottle_motions import LABELS, RELATIONS, perform
-from tests.learning.taught import TRUTH, all_lessons, lesson, scaled, taught, with_objects
+from tests.learning.taught import TRUTH, all_lessons, lesson, scaled, taught, turned, with_objects
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -96,6 +97,22 @@ def test_an_object_that_never_moved_far_from_the_end_is_ambiguous_and_the_place_
     assert far.frame == "absolute"
     assert far.ambiguous
     assert "post" in far.reason
+
+
+def test_an_object_that_turned_with_the_tool_by_chance_and_holds_no_place_is_hardly_a_rival() -> None:
+    undecided = []
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        demonstrations = []
+        for d in (taught("go_home", rng) for _ in range(3)):
+            box = np.array([*rng.uniform(0.2, 0.9, 2), 0.7, *turned(rng.uniform(-0.05, 0.05))])
+            assert d.quaternion is not None
+            shaky = multiply(turned(rng.normal(0.0, 0.03)), d.quaternion)
+            demonstrations.append(replace(d, quaternion=shaky, objects={"box": box}))
+        orientation = find_variables(demonstrations, {}).end.orientation
+        assert orientation is not None
+        undecided.append(orientation.ambiguous or orientation.frame != "absolute")
+    assert np.mean(undecided) < 0.25
 
 
 def test_directions_are_decided_apart_where_no_single_frame_explains_all() -> None:
