@@ -13,7 +13,7 @@ import numpy as np
 from pft_exec.demonstration import Demonstration
 from pft_exec.geometry import Array, geodesic_distance
 from pft_exec.learning.decisions import motion_extent
-from pft_exec.learning.frames import object_names, object_poses, tool_poses
+from pft_exec.learning.frames import object_names, object_poses, partly_recorded, tool_poses
 from pft_exec.learning.variables import CHANNELS, ENDS, START, FrameDecision, MotionVariables
 
 STANDS_OUT = 2.5  # times the median leave-one-out error of the others
@@ -107,6 +107,9 @@ def coach(demonstrations: Sequence[Demonstration], variables: MotionVariables, r
     extent = max(motion_extent(demonstrations), 1e-9)
     uncovered: list[str] = []
     advice = _ambiguities(variables)
+    for name, count in partly_recorded(demonstrations).items():
+        uncovered.append(f"only {count} of {len(demonstrations)} demonstrations have {name}, so it could not count")
+        advice.append(f"record {name} in every demonstration, or teach without those that lack it")
     used = [name for name in object_names(demonstrations) if name in variables.objects]
     others = [name for name in object_names(demonstrations) if name not in used]
     for name in (*used, *others):

@@ -32,7 +32,7 @@ from pft_exec.learning.averaging import average
 from pft_exec.learning.fast_dtw import RADIUS, align_fast
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.learning.published_variables import PublishedVariable, chosen
-from pft_exec.learning.resampling import nearest_at, own_time, places_of, quaternions_at, rows_at
+from pft_exec.learning.resampling import extent_of, nearest_at, own_time, places_of, quaternions_at, rows_at
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,6 @@ def learn_dong2012(
         name: np.unique(np.concatenate([d.discrete[name] for d in demonstrations]))
         for name in shared_names([d.discrete for d in demonstrations])
     }
-    extent = float(np.median([np.linalg.norm(np.ptp(d.position, axis=0)) for d in demonstrations]))
     return Dong2012Motion(
         options,
         tuple(found),
@@ -177,7 +176,7 @@ def learn_dong2012(
         tuple({name: np.atleast_2d(poses)[0] for name, poses in d.objects.items()} for d in demonstrations),
         continuous,
         discrete,
-        max(extent, 1e-9),
+        extent_of([d.position for d in demonstrations]),
     )
 
 

@@ -51,6 +51,13 @@ def object_names(demonstrations: Sequence[Demonstration]) -> tuple[str, ...]:
     return tuple(sorted(shared))
 
 
+def partly_recorded(demonstrations: Sequence[Demonstration]) -> dict[str, int]:
+    """Objects that most demonstrations have but not all, sorted, and in how many they are: they cannot count."""
+    names = [name for d in demonstrations for name in d.objects]
+    counts = {name: names.count(name) for name in sorted(set(names))}
+    return {name: count for name, count in counts.items() if len(demonstrations) < 2 * count < 2 * len(demonstrations)}
+
+
 def object_poses(demonstrations: Sequence[Demonstration], name: str) -> Array:
     """Poses (K, 7) of an object at the first samples, world frame, m and (x, y, z, w)."""
     return np.stack([np.atleast_2d(d.objects[name])[0] for d in demonstrations])

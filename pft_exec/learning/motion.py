@@ -83,7 +83,7 @@ class Motion:
         """The decisions as a table for a reader, segment by segment where keyframes split the motion."""
         if self.segments:
             return "\n".join(segment.describe() for segment in self.segments)
-        return describe(self.label, self.variables)
+        return describe(self.label, self.variables, self.demonstrations)
 
     def coach(self) -> Coaching:
         """Which demonstration stands out, what the placements do not cover, and what one more should vary."""
@@ -112,7 +112,8 @@ def learn_motion(
     method : str
         "robust" or "dong2012".
     relevant : {"start", "end", "start.orientation" or "end.orientation": frames}
-        Overrules the decision for the position (orientation) at that end: names of objects, "absolute" or "start";
+        Overrules the decision for the position (orientation) at that end: names of objects, "absolute" or "start", or
+        one such name;
         an empty sequence says that nothing is relevant. Several frames are fused by their precisions.
     options
         Of "dong2012": the fields of `Dong2012Options`, such as ``epsilon=0.1``. "robust" has none.
@@ -120,16 +121,15 @@ def learn_motion(
     Raises
     ------
     LearningError
-        If there are fewer than two demonstrations, or their labels or channels differ.
+        If there are fewer than two demonstrations, what is given is none, or their labels or channels differ.
     UnknownMethodError
         If the method does not exist.
     UnknownNameError
         If `relevant` names an end or a frame that does not exist, or the method has no such option.
     """
-    demonstrations = tuple(demonstrations)
     if method not in METHODS:
         raise UnknownMethodError("learning method", method, METHODS)
-    _check(demonstrations)
+    demonstrations = _checked(demonstrations)
     overrules = _checked_overrules(demonstrations, relevant or {})
     settings = _checked_options(method, options)
     if any(d.keyframes for d in demonstrations):
@@ -176,7 +176,16 @@ def _checked_options(method: str, options: Mapping[str, Any]) -> Dong2012Options
     return Dong2012Options(**options)
 
 
-def _check(demonstrations: Sequence[Demonstration]) -> None:
+def _checked(given: Sequence[Demonstration]) -> tuple[Demonstration, ...]:
+    if isinstance(given, Demonstration):
+        raise LearningError(f"a motion is learned from a list of demonstrations; got a single one of {given.label!r}.")
+    demonstrations = tuple(given)
+    for index, item in enumerate(demonstrations):
+        if not isinstance(item, Demonstration):
+            raise LearningError(
+                f"item {index} of the demonstrations is a {type(item).__name__}, not a Demonstration: make one of "
+                f"its arrays, Demonstration(label, time, position, ...), or load a file with load_demonstrations."
+            )
     if len(demonstrations) < 2:
         label = f" of {demonstrations[0].label!r}" if demonstrations else ""
         raise LearningError(
@@ -187,17 +196,21 @@ def _check(demonstrations: Sequence[Demonstration]) -> None:
         raise LearningError(f"the demonstrations of one motion carry one label; got {', '.join(labels)}.")
     if len({d.quaternion is None for d in demonstrations}) > 1:
         raise LearningError(f"either all demonstrations of {labels[0]!r} have an orientation or none has.")
+    return demonstrations
 
 
 def _checked_overrules(
     demonstrations: Sequence[Demonstration], relevant: Mapping[str, Sequence[str]]
 ) -> dict[str, tuple[str, ...]]:
     objects = object_names(demonstrations)
-    for end, names in relevant.items():
+    if not isinstance(relevant, Mapping):
+        raise LearningError(f'relevant says at which end: relevant={{"end": ["cup"]}}; got {relevant!r}.')
+    named = {end: (names,) if isinstance(names, str) else tuple(names) for end, names in relevant.items()}
+    for end, names in named.items():
         if end not in OVERRULED:
             raise UnknownNameError("end of a motion", end, OVERRULED)
         choices = (ABSOLUTE, *(() if end.startswith(START) else (START,)), *objects)
         for name in names:
             if name not in choices:
                 raise UnknownNameError("frame", name, choices)
-    return {end: tuple(names) for end, names in relevant.items()}
+    return named

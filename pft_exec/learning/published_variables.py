@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pft_exec.demonstration import Demonstration
+from pft_exec.exceptions import UnknownNameError
 from pft_exec.geometry import (
     Array,
     conjugate,
@@ -177,9 +178,21 @@ def chosen(
     here = _at(found, end, channel)
     key = end if channel == "position" else f"{end}.{channel}"
     if key in forced:
-        return next((v for v in here if v.frame in forced[key]), None)
+        return _named(here, key, forced[key])
     relevant = [v for v in here if v.relevant]
     return min(relevant, key=lambda v: v.spread) if relevant else None
+
+
+def _named(here: Sequence[PublishedVariable], key: str, names: Sequence[str]) -> PublishedVariable | None:
+    """The first that the user named: the published method ties an end to one frame."""
+    if not names:
+        return None
+    by_name = {v.frame: v for v in reversed(here)}
+    known = [name for name in names if name in by_name]
+    if not known:
+        hint = 'Name one of these, or learn by method="robust".'
+        raise UnknownNameError(f"frame of {key!r} that the published method knows", names[0], tuple(by_name), hint)
+    return by_name[known[0]]
 
 
 def _decision(

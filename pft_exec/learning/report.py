@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from pft_exec.demonstration import Demonstration
 from pft_exec.geometry import Array
+from pft_exec.learning.frames import partly_recorded
 from pft_exec.learning.variables import ABSOLUTE, CHANNELS, ENDS, NONE, START, FrameDecision, MotionVariables
 
 
@@ -50,8 +54,8 @@ def sentence(label: str, decision: FrameDecision, channel: str, end: str) -> str
     return text + (f" - AMBIGUOUS: {decision.reason}" if decision.ambiguous else "")
 
 
-def describe(label: str, variables: MotionVariables) -> str:
-    """All decisions of a motion, one line each."""
+def describe(label: str, variables: MotionVariables, demonstrations: Sequence[Demonstration] = ()) -> str:
+    """All decisions of a motion, one line each, and which objects could not count."""
     lines = []
     for end in ENDS:
         for channel in CHANNELS:
@@ -59,4 +63,8 @@ def describe(label: str, variables: MotionVariables) -> str:
             if decision is not None:
                 lines.append(sentence(label, decision, channel, end))
     lines += [f"`{label}` carries {name}" for name in variables.carried]
+    lines += [
+        f"`{label}` was not asked about {name}: only {count} of {len(demonstrations)} demonstrations have it"
+        for name, count in partly_recorded(demonstrations).items()
+    ]
     return "\n".join(lines)

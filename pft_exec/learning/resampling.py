@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -9,6 +11,8 @@ from numpy.typing import NDArray
 from pft_exec.demonstration import Demonstration
 from pft_exec.geometry import Array
 from pft_exec.learning.turning import turn_between, turn_by
+
+STILL = 1e-4  # of how far away it is: the extent of a tool that never moves, so that a covariance stays regular
 
 Places = tuple[NDArray[np.int64], Array]  # index (M,) of the sample before, and share (M,) of the way to the next
 
@@ -24,6 +28,13 @@ def _find(time, wanted, place, ratio):  # type: ignore[no-untyped-def]
             n += 1
         place[m] = n
         ratio[m] = min(max((wanted[m] - time[n]) / (time[n + 1] - time[n]), 0.0), 1.0)
+
+
+def extent_of(paths: Sequence[Array]) -> float:
+    """Median size of paths, each (N, 3), m; where nothing moves, a small one by how far away they are."""
+    extent = float(np.median([np.linalg.norm(np.ptp(path, axis=0)) for path in paths]))
+    far = max(float(np.abs(path).max()) for path in paths)
+    return extent if extent > 1e-9 * far else STILL * (far or 1.0)
 
 
 def places_of(time: Array, wanted: Array) -> Places:

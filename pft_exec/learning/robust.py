@@ -54,7 +54,7 @@ from pft_exec.learning.landmarks import (
 )
 from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
 from pft_exec.learning.pacing import Pacing, learn_pacing
-from pft_exec.learning.resampling import arc_length
+from pft_exec.learning.resampling import arc_length, extent_of
 from pft_exec.learning.signals import SignalTubes, signal_tubes
 from pft_exec.learning.tempo import find_tempo
 from pft_exec.learning.turning import turn_by
@@ -138,7 +138,7 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     landmarks = find_landmarks(moving, shared_names([d.discrete for d in moving]))
     phases = phases_through(landmarks, STEPS)
     even = sample_at(moving, phases)
-    extent = max(float(np.median(np.linalg.norm(np.ptp(even.position, axis=1), axis=1))), 1e-9)
+    extent = extent_of(list(even.position))
     first = _tool(even, 0)
     poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
     start = make_endpoint(variables.start, first, poses, FLOOR * extent)

@@ -23,6 +23,45 @@ def test_one_demonstration_is_refused_and_the_message_says_how_many_are_needed()
         learn_motion([])
 
 
+def test_what_is_no_list_of_demonstrations_is_refused_by_name() -> None:
+    with pytest.raises(LearningError, match="a list of demonstrations; got a single one of 'reach'"):
+        learn_motion(lesson("reach")[0])  # type: ignore[arg-type]
+    with pytest.raises(LearningError, match="item 1 of the demonstrations is a str"):
+        learn_motion([lesson("reach")[0], "reach.h5"])  # type: ignore[list-item]
+    with pytest.raises(LearningError, match="relevant says at which end"):
+        learn_motion(lesson("reach"), relevant=["mat"])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_one_relevant_frame_may_be_named_without_a_list(method: str) -> None:
+    variables = learn_motion(lesson("reach"), method, relevant={"end": "mat"}).variables
+    assert variables.end.position.relevant == ("mat",)
+
+
+def test_the_published_method_obeys_the_first_frame_named_and_refuses_what_it_does_not_know() -> None:
+    variables = learn_motion(lesson("reach"), "dong2012", relevant={"end": ["mat", "bottle"]}).variables
+    assert variables.end.position.frame == "mat"
+    with pytest.raises(UnknownNameError, match='method="robust"'):
+        learn_motion(lesson("reach"), "dong2012", relevant={"end.orientation": ["bottle"]})
+
+
+def test_an_object_that_one_demonstration_lacks_is_said_not_to_have_counted() -> None:
+    first, *others = lesson("reach")
+    motion = learn_motion([replace(first, objects={"mat": first.objects["mat"]}), *others])
+    assert "not asked about bottle: only 4 of 5 demonstrations have it" in motion.describe()
+    coaching = motion.coach()
+    assert any("have bottle" in text for text in coaching.uncovered)
+    assert any("record bottle in every demonstration" in text for text in coaching.advice)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_tool_that_only_turns_makes_a_tube_with_regular_covariances(method: str) -> None:
+    still = [replace(d, position=np.ones((len(d), 3))) for d in lesson("reach")]
+    tube = learn_motion(still, method).flow_tube(still[0].scene, still[0].start)
+    assert np.linalg.eigvalsh(tube.covariance).min() > 0.0
+    np.testing.assert_allclose(tube.position, 1.0, atol=1e-9)
+
+
 def test_mixed_labels_are_refused() -> None:
     with pytest.raises(LearningError, match="go_home, reach"):
         learn_motion([*lesson("reach"), *lesson("go_home")])
