@@ -12,7 +12,10 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def tables():
-    return list(obstacle.measure_obstacle(0, silent).values())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(obstacle, "PLACEMENTS", 2)
+        patch.setattr(obstacle, "SPEEDS", (0.0, 0.1))
+        return list(obstacle.measure_obstacle(0, silent).values())
 
 
 def test_the_ball_is_kept_off_and_the_way_round_is_where_the_tube_is_wide(tables):
@@ -26,6 +29,25 @@ def test_the_ball_is_kept_off_and_the_way_round_is_where_the_tube_is_wide(tables
 def test_equal_weights_give_way_in_the_narrow_directions(tables):
     for rows in tables[:3]:
         assert rows[3]["off axis mm"] > 2.0 * rows[0]["off axis mm"]
+
+
+def test_wherever_a_ball_is_placed_it_is_kept_off_and_one_at_rest_is_passed_within_the_tube(tables):
+    still, moving = tables[3]
+    assert still["all floors kept %"] == 100.0
+    for row in (still, moving):
+        assert row["distance mm, least"] >= 20.0
+        assert row["end error, largest"] <= 4.0
+
+
+@pytest.mark.parametrize("has_room", [True, False])
+def test_a_tube_has_room_round_a_ball_in_its_middle_and_none_where_the_ball_stays_at_its_end(has_room):
+    from pft_exec.geometry import Pose
+    from pft_exec.model import Obstacle, Sphere, load_robot
+
+    balls = obstacle._Round(load_robot("pr2").arm("right"))
+    index = len(balls.tube) // 2 if has_room else -1
+    ball = Obstacle("ball", Sphere(obstacle.RADIUS), Pose(balls.tube.position[index]))
+    assert balls.has_room(ball) is has_room
 
 
 def test_not_avoided_it_is_hit(tables):

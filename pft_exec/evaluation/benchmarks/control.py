@@ -30,7 +30,8 @@ SHARE = 0.5
 """Share of the tube's time that is recorded."""
 PUSH = 20.0
 """N; of the push in the recorded run."""
-BALLS = 5
+BALLS = 6
+"""Around the hand and the forearm: 20 pairs and more are near."""
 FRICTION = 0.3
 """N m; in every joint, of the tracking rows."""
 WARM = 10

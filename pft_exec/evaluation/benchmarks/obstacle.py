@@ -1,4 +1,10 @@
-"""Obstacle: what the arm keeps of its distance, and who gives way, around a ball on the tube, at rest and moving."""
+"""Obstacle: what the arm keeps of its distance, and who gives way, around a ball on the tube, at rest and moving.
+
+One placement with the alternatives beside it, then random ones at several speeds. A random ball is drawn until the tube
+has room to go round it: some sidestep along the tube's wide axis, of the same number of deviations throughout, that
+keeps the whole arm off the ball at every instant. Without that room no controller keeps distance and tube both, such as
+where a ball sweeps through the place of the forearm, or comes to rest against the motion's end.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +19,7 @@ from pft_exec.evaluation.protocol import Progress
 from pft_exec.geometry import Array, Pose
 
 if TYPE_CHECKING:
-    from pft_exec.control import Compliance, TrackingController
+    from pft_exec.control import Compliance, JointTrajectory, TrackingController
     from pft_exec.evaluation.benchmarks.plant import Run
     from pft_exec.model import Arm, Obstacle
 
@@ -25,6 +31,18 @@ SPEED = 0.1
 """m/s; of a ball that crosses the tube, up or down, so that it leaves the tube's end free."""
 SEEN_EVERY = 0.02
 """s; how often a moving ball is looked at."""
+SPEEDS = (0.0, 0.05, 0.1, 0.2)
+"""m/s; of the balls that are placed at random."""
+PLACEMENTS = 8
+"""So many at each speed."""
+PHASES, ACROSS = (0.35, 0.65), 0.03
+"""Where along the tube a random ball is met, and how far beside its mean, m."""
+STEPS = np.linspace(-2.5, 2.5, 21)
+"""Deviations of the tube by which a sidestep is tried."""
+INSTANTS = 30
+"""At which it is looked at."""
+ROOM = 0.032
+"""m; that a sidestep leaves between arm and ball: what the controller heads for, and a little more."""
 HOLD = 0.8
 """s of rest after the motion."""
 
@@ -51,17 +69,30 @@ def measure_obstacle(seed: int, progress: Progress) -> Tables:
         tables[f"ball of {1e2 * RADIUS:.0f} cm on the tube, {way}"] = [
             {"gains": name, **_row(arm, gains, speed, seed)} for name, gains in cases.items()
         ]
+    round_it = _Round(arm)
+    tables["balls of 4 cm placed at random, where the tube has room to go round them"] = [
+        round_it.row(speed, seed, compliance, progress) for speed in SPEEDS
+    ]
     tables["the same, not avoided"] = [{"gains": "tube's gains", **_row(arm, compliance, 0.0, seed, is_blind=True)}]
     return tables
 
 
 def _row(arm: Arm, compliance: Compliance, speed: float, seed: int, is_blind: bool = False) -> dict[str, Any]:
-    from pft_exec.control import TrackingController
-    from pft_exec.evaluation.benchmarks.plant import PERIOD, Mismatch, Plant, arch_trajectory, arch_tube
+    from pft_exec.evaluation.benchmarks.plant import arch_trajectory, arch_tube
 
     tube = arch_tube(arm)
     trajectory = arch_trajectory(arm, tube)
     ball = _ball(tube.position[len(tube) // 2], speed, trajectory.duration)
+    return _passed(arm, trajectory, compliance, ball, seed, is_blind)
+
+
+def _passed(
+    arm: Arm, trajectory: JointTrajectory, compliance: Compliance, ball: Obstacle, seed: int, is_blind: bool = False
+) -> dict[str, Any]:
+    """Figures of one run along the tube, past a ball."""
+    from pft_exec.control import TrackingController
+    from pft_exec.evaluation.benchmarks.plant import PERIOD, Mismatch, Plant
+
     controller = TrackingController(arm, PERIOD)
     controller.follow(trajectory.at, compliance, 0.0, blend=False)
     look = (lambda _: None) if is_blind else _looking(controller, ball)
@@ -75,6 +106,81 @@ def _row(arm: Arm, compliance: Compliance, speed: float, seed: int, is_blind: bo
         "end error mm": 1e3 * float(np.linalg.norm(done.error[-1, :3])),
         "torque share": float(max(np.max(np.abs(command.torque) / limit) for command in done.commands)),
     }
+
+
+class _Round:
+    """Random balls with room to go round them, and what becomes of them."""
+
+    def __init__(self, arm: Arm) -> None:
+        from pft_exec.control import Avoidance
+        from pft_exec.evaluation.benchmarks.plant import arch_trajectory, arch_tube
+
+        self.arm, self.tube = arm, arch_tube(arm)
+        self.trajectory = arch_trajectory(arm, self.tube)
+        self._witness = Avoidance(arm, self_collision=False)
+        self._times = np.linspace(0.0, self.trajectory.duration + HOLD, INSTANTS)
+        self._steps = [self._stepped(float(time)) for time in self._times]
+
+    def _stepped(self, time: float) -> list[Array]:
+        """Configurations (n,), rad, aside from the reference by each of the steps, at a time, s."""
+        reference = self.trajectory.at(time)
+        index = min(round(reference.phase * (len(self.tube) - 1)), len(self.tube) - 1)
+        aside = np.zeros(6)
+        aside[1] = np.sqrt(self.tube.covariance[index, 1, 1])
+        per_step = np.linalg.pinv(self.arm.jacobian(reference.configuration)) @ aside
+        return [reference.configuration + step * per_step for step in STEPS]
+
+    def has_room(self, ball: Obstacle) -> bool:
+        """Whether one of the steps keeps the arm off a ball at every instant."""
+        left = np.ones(len(STEPS), dtype=bool)
+        for time, configurations in zip(self._times, self._steps, strict=True):
+            self._witness.watch([replace(ball, pose=ball.after(float(time)))], 0.0)
+            for step in np.flatnonzero(left):
+                q = configurations[step]
+                near = self._witness.near(self.arm, q, 0.0 * q, 0.0)
+                left[step] = near is None or float(near.distance.min()) > ROOM
+            if not left.any():
+                return False
+        return True
+
+    def ball(self, speed: float, rng: np.random.Generator) -> Obstacle:
+        """A ball that the motion meets, with a velocity across the tube."""
+        from pft_exec.model import Obstacle, Sphere
+
+        while True:
+            index = round(rng.uniform(*PHASES) * (len(self.tube) - 1))
+            angle, met = rng.uniform(0.0, 2.0 * np.pi), self.tube.position[index].copy()
+            met[1] += rng.uniform(-ACROSS, ACROSS)
+            velocity = speed * np.array([0.0, np.cos(angle), np.sin(angle), 0.0, 0.0, 0.0])
+            start = met - float(self.tube.time[index]) * velocity[:3]
+            ball = Obstacle("ball", Sphere(RADIUS), Pose(start), velocity)
+            if self.has_room(ball):
+                return ball
+
+    def row(self, speed: float, seed: int, compliance: Compliance, progress: Progress) -> dict[str, Any]:
+        """Worst and usual figures over the placements at a speed, m/s."""
+        rng = np.random.default_rng([seed, 41, round(1e3 * speed)])
+        seen = []
+        for k in range(PLACEMENTS):
+            progress(f"balls placed at random, {speed:g} m/s", k / PLACEMENTS)
+            seen.append(_passed(self.arm, self.trajectory, compliance, self.ball(speed, rng), seed + k))
+        column = {name: np.array([figures[name] for figures in seen]) for name in seen[0]}
+        return {
+            "m/s": speed,
+            "balls": PLACEMENTS,
+            "all floors kept %": 100.0 * float(np.mean([_keeps_floors(figures) for figures in seen])),
+            "distance mm, least": float(column["distance mm"].min()),
+            "off axis mm, median": float(np.median(column["off axis mm"])),
+            "off axis, largest": float(column["off axis mm"].max()),
+            "end error mm, median": float(np.median(column["end error mm"])),
+            "end error, largest": float(column["end error mm"].max()),
+        }
+
+
+def _keeps_floors(figures: dict[str, Any]) -> bool:
+    """Whether the arm keeps 2 cm off the ball, 10 mm of the tube off its wide axis, and 4 mm at its end."""
+    kept: bool = figures["distance mm"] >= 20.0 and figures["off axis mm"] <= 10.0 and figures["end error mm"] <= 4.0
+    return kept
 
 
 def _ball(middle: Array, speed: float, duration: float) -> Obstacle:
