@@ -1,8 +1,9 @@
 """Emission: the density of a sample at each step of each tube.
 
-Position, direction of motion and orientation have a covariance each: normal-inverse-Wishart around a variance profile
-over phase that is pooled over the library, with the posterior predictive of few demonstrations (Student t) [Dong2012]_
-does not have. Floors are the library's, never a motion's; an axis that never varies anywhere is left out.
+Position, direction of motion given the position, and orientation have a covariance each: normal-inverse-Wishart around
+a variance profile over phase that is pooled over the library, with the posterior predictive of few demonstrations
+(Student t) [Dong2012]_ does not have. Floors are the library's, never a motion's; an axis that never varies anywhere is
+left out.
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pft_exec.geometry import Array
+from pft_exec.recognition.coupling import couple, pooled_correlation
 from pft_exec.recognition.evidence import FEW, TubeEvidence
+from pft_exec.recognition.profile import from_grid, on_grid, smoothed
 from pft_exec.recognition.settings import PhaseSettings
 
 Mask = NDArray[np.bool_]
 
-GRID = 100  # phases at which variance profiles are pooled
-_SMOOTHING = 0.045  # of the motion, over which a profile is averaged
 _STILL = 1e-6  # of the extent (or rad): an axis that varies less anywhere in the library is left out
 
 
@@ -32,11 +33,14 @@ class Prior:
     ----------
     variance : list of (3, N)
         Variance per axis of position, direction and orientation.
+    cross : list of (N,)
+        Covariance per axis of position and direction.
     kept : (3, 3) bool
         Rows position, direction, orientation.
     """
 
     variance: list[Array]
+    cross: list[Array]
     kept: Mask
 
 
@@ -47,7 +51,9 @@ class Emission:
     Parameters
     ----------
     white : (18, N)
-        Rows of the inverse Cholesky factors of the three covariances.
+        Rows of the inverse Cholesky factors of the three covariances; that of the direction is given the position.
+    gain : (9, N)
+        Rows of the regression of the direction's residual on the position's.
     log_determinant : (3, N)
         Of the three covariances, over the axes that count.
     freedom : float
@@ -55,6 +61,7 @@ class Emission:
     """
 
     white: Array
+    gain: Array
     log_determinant: Array
     freedom: float
 
@@ -83,33 +90,40 @@ def pooled_prior(evidence: Sequence[TubeEvidence], kept: Mask, extent: float, se
             / max(e.count - 1, 1)
             for e in evidence
         ]
-        grid = np.linspace(0.0, 1.0, GRID)
-        pooled = np.mean([np.interp(grid, np.linspace(0, 1, len(p)), p) for p in profiles], axis=0)
-        pooled = _smoothed(pooled)
+        pooled = smoothed(np.mean([on_grid(profile) for profile in profiles], axis=0))
         level = float(pooled.mean())
         for values, profile in zip(variance, profiles, strict=True):
             share = np.sqrt(float(profile.mean()) / level) if level > 0.0 else 0.0
-            values[rows] += share * np.interp(np.linspace(0, 1, len(profile)), grid, pooled)
-    return Prior(variance, kept)
+            values[rows] += share * from_grid(pooled, len(profile))
+    return Prior(variance, _expected_cross(evidence, variance), kept)
 
 
-def _smoothed(profile: Array) -> Array:
-    width = max(round(_SMOOTHING * len(profile)), 1) // 2 * 2 + 1
-    padded = np.pad(profile, width // 2, mode="edge")
-    return np.convolve(padded, np.full(width, 1.0 / width), "valid")
+def _expected_cross(evidence: Sequence[TubeEvidence], variance: Sequence[Array]) -> list[Array]:
+    """Covariances (N,) of position and direction; none where there are no demonstrations that show it."""
+    correlation = pooled_correlation(evidence)
+    return [
+        from_grid(correlation, len(e.clock)) * np.sqrt(v[0] * v[1]) * float(len(e.position) > 0)
+        for e, v in zip(evidence, variance, strict=True)
+    ]
 
 
 def covariances(scatter: Array, count: int, variance: Array, kept: Mask, strength: float) -> Array:
     """Predictive covariances (3, N, 3, 3); axes that do not count are the identity."""
-    expected = variance[:, :, None, None] * np.eye(3)
-    posterior = (strength * expected + scatter) / (strength + count - 1) * (1.0 + 1.0 / max(count, 1))
+    posterior = predictive(scatter, count, variance, strength)
     both = kept[:, None, :, None] & kept[:, None, None, :]
     result: Array = np.where(both, posterior, np.eye(3))
     return result
 
 
+def predictive(scatter: Array, count: int, expected: Array, strength: float) -> Array:
+    """(..., 3, 3): scatter around an expected multiple (...) of the identity, and a mean known from `count` only."""
+    held = strength * expected[..., None, None] * np.eye(3)
+    result: Array = (held + scatter) / (strength + count - 1) * (1.0 + 1.0 / max(count, 1))
+    return result
+
+
 def whitened(covariance: Array, kept: Mask) -> tuple[Array, Array]:
-    """Rows of the inverse Cholesky factors (18, N), zero where an axis does not count, and log determinants (3, N).
+    """Rows of B inverse Cholesky factors (6 B, N), zero where an axis does not count, and log determinants (B, N).
 
     Written out for 3 x 3 matrices: eight times as fast as general routines, for every tube of every scene.
     """
@@ -123,7 +137,7 @@ def whitened(covariance: Array, kept: Mask) -> tuple[Array, Array]:
     low = -b / (a * d)
     inverse = [1.0 / a, low, 1.0 / d, -(c / a + e * low) / f, -e / (d * f), 1.0 / f]
     rows = [row * kept[:, axis, None] for row, axis in zip(inverse, (0, 1, 1, 2, 2, 2), strict=True)]
-    white = np.stack(rows, axis=1).reshape(18, -1)
+    white = np.stack(rows, axis=1).reshape(6 * len(covariance), -1)
     return white, 2.0 * np.log(a * d * f)
 
 
@@ -139,10 +153,31 @@ def _excess(evidence: TubeEvidence, covariance: Array, kept: Mask) -> Array:
     return excess
 
 
-def emission(evidence: TubeEvidence, variance: Array, kept: Mask, settings: PhaseSettings) -> Emission:
-    """The densities of one tube."""
-    strength = settings.prior_strength
-    covariance = covariances(evidence.scatter, evidence.count, variance, kept, strength)
+def coupled(covariance: Array, cross: Array, kept: Mask) -> tuple[Array, Array, Array]:
+    """Whitening (18, N), log determinants (3, N) and gain (9, N), for covariances whose direction knows the position.
+
+    Parameters
+    ----------
+    covariance : (3, N, 3, 3)
+    cross : (N, 3, 3)
+        Covariance of direction (rows) and position (columns).
+    kept : (3, 3) bool
+    """
+    white, log_determinant = whitened(covariance[::2], kept[::2])
+    gain, left = couple(covariance[1], cross * (kept[1][:, None] & kept[0]), white[:6])
+    white_direction, log_direction = whitened(left[None], kept[1:2])
+    return (
+        np.concatenate([white[:6], white_direction, white[6:]]),
+        np.stack([log_determinant[0], log_direction[0], log_determinant[1]]),
+        np.ascontiguousarray(gain.reshape(-1, 9).T),
+    )
+
+
+def emission(evidence: TubeEvidence, prior: Prior, tube: int, settings: PhaseSettings) -> Emission:
+    """The densities of one tube, the library's number `tube`."""
+    strength, kept, count = settings.prior_strength, prior.kept, evidence.count
+    covariance = covariances(evidence.scatter, count, prior.variance[tube], kept, strength)
     covariance = covariance + _excess(evidence, covariance, kept)
-    white, log_determinant = whitened(covariance, kept)
-    return Emission(white, log_determinant, strength + max(evidence.count, 1) - 1)
+    cross = predictive(evidence.cross, count, prior.cross[tube], strength)
+    white, log_determinant, gain = coupled(covariance, cross, kept)
+    return Emission(white, gain, log_determinant, strength + max(count, 1) - 1)

@@ -64,6 +64,12 @@ class TubeEvidence:
         """(K, N, 3), m: what is left of `position` once the residual at the start is known."""
         return self.position - self.follow[:, None] * self.position[:, :1]
 
+    @property
+    def cross(self) -> Array:
+        """(N, 3, 3): sums of products of the residuals of direction (rows) and `conditioned` position (columns)."""
+        products: Array = np.einsum("kni,knj->nij", self.direction, self.conditioned)
+        return products
+
 
 def measure_scales(tubes: Sequence[FlowTube], signals: Sequence[str]) -> ClockScales:
     """Medians over the library that movement is measured by."""

@@ -85,7 +85,7 @@ class PhaseFilter:
         row[:3], row[3:6] = sample.position, model.direction_weight * self._clock.direction
         row[6:] = self._quaternion if turned else 0.0
         filter_sample(
-            model.offset, model.length, self._mean, model.white, model.turned, model.left,
+            model.offset, model.length, self._mean, model.white, model.gain, model.turned, model.left,
             model.signals.mean, model.signals.scale, model.steps, model.prior, model.switch, model.idle, model.tick,
             row, signals, heard, log_scale, said, size, model.freedom, elapsed, weight, self._settings.negligible,
             self._state, self._spare, self._pending, self._low, self._high, self._out,

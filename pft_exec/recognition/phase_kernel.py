@@ -85,14 +85,36 @@ def _predict(state, first, count, low, high, steps, prior, switch, idle, spare):
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _add_square(x, y, z, begin, end, block, mean, white, square):  # type: ignore[no-untyped-def]
-    """Add squared Mahalanobis distances of (x, y, z) from the states of a window: position (0) or direction (1)."""
-    m, w = 3 * block, 6 * block
-    mx, my, mz = mean[m, begin:end], mean[m + 1, begin:end], mean[m + 2, begin:end]
-    xx, xy, yy = white[w, begin:end], white[w + 1, begin:end], white[w + 2, begin:end]
-    xz, yz, zz = white[w + 3, begin:end], white[w + 4, begin:end], white[w + 5, begin:end]
+def _add_position(sample, begin, end, mean, white, square):  # type: ignore[no-untyped-def]
+    """Add squared Mahalanobis distances of the position from the states of a window."""
+    x, y, z = sample[0], sample[1], sample[2]
+    mx, my, mz = mean[0, begin:end], mean[1, begin:end], mean[2, begin:end]
+    xx, xy, yy = white[0, begin:end], white[1, begin:end], white[2, begin:end]
+    xz, yz, zz = white[3, begin:end], white[4, begin:end], white[5, begin:end]
     for k in range(len(square)):
         p, q, r = x - mx[k], y - my[k], z - mz[k]
+        a = xx[k] * p
+        b = xy[k] * p + yy[k] * q
+        c = xz[k] * p + yz[k] * q + zz[k] * r
+        square[k] += a * a + b * b + c * c
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _add_direction(sample, begin, end, mean, white, gain, square):  # type: ignore[no-untyped-def]
+    """Add squared Mahalanobis distances of the direction from what the position lets expect at each state."""
+    x, y, z, dx, dy, dz = sample[0], sample[1], sample[2], sample[3], sample[4], sample[5]
+    mx, my, mz = mean[0, begin:end], mean[1, begin:end], mean[2, begin:end]
+    nx, ny, nz = mean[3, begin:end], mean[4, begin:end], mean[5, begin:end]
+    xx, xy, yy = white[6, begin:end], white[7, begin:end], white[8, begin:end]
+    xz, yz, zz = white[9, begin:end], white[10, begin:end], white[11, begin:end]
+    g0, g1, g2 = gain[0, begin:end], gain[1, begin:end], gain[2, begin:end]
+    g3, g4, g5 = gain[3, begin:end], gain[4, begin:end], gain[5, begin:end]
+    g6, g7, g8 = gain[6, begin:end], gain[7, begin:end], gain[8, begin:end]
+    for k in range(len(square)):
+        u, v, w = x - mx[k], y - my[k], z - mz[k]
+        p = dx - nx[k] - (g0[k] * u + g1[k] * v + g2[k] * w)
+        q = dy - ny[k] - (g3[k] * u + g4[k] * v + g5[k] * w)
+        r = dz - nz[k] - (g6[k] * u + g7[k] * v + g8[k] * w)
         a = xx[k] * p
         b = xy[k] * p + yy[k] * q
         c = xz[k] * p + yz[k] * q + zz[k] * r
@@ -123,11 +145,11 @@ def _add_signal(value, mean, scale, square):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _square(begin, end, sample, mean, white, turned, signals, heard, signal_mean, signal_scale, square):  # type: ignore[no-untyped-def]
+def _square(begin, end, sample, mean, white, gain, turned, signals, heard, signal_mean, signal_scale, square):  # type: ignore[no-untyped-def]
     """Write squared Mahalanobis distances of position, direction, quaternion and signals from states of a window."""
     square[:] = 0.0
-    _add_square(sample[0], sample[1], sample[2], begin, end, 0, mean, white, square)
-    _add_square(sample[3], sample[4], sample[5], begin, end, 1, mean, white, square)
+    _add_position(sample, begin, end, mean, white, square)
+    _add_direction(sample, begin, end, mean, white, gain, square)
     if np.any(sample[6:10] != 0.0):
         _add_turn(sample[6:10], begin, end, turned, white, square)
     for c in range(len(signals)):
@@ -199,7 +221,7 @@ def _possible(mass, low, high):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def filter_sample(  # type: ignore[no-untyped-def]
-    offset, length, mean, white, turned, left, signal_mean, signal_scale, steps, prior, switch, idle, tick,
+    offset, length, mean, white, gain, turned, left, signal_mean, signal_scale, steps, prior, switch, idle, tick,
     sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible,
     state, spare, pending, low, high, out,
 ):  # fmt: skip
@@ -214,7 +236,7 @@ def filter_sample(  # type: ignore[no-untyped-def]
         begin, end = first + low[j], first + high[j] + 1
         mass, score, spent, room = spare[2, : end - begin], spare[3, : end - begin], spare[4, : end - begin], spare[5]
         _sum_rates(state, begin, end, mass)
-        _square(begin, end, sample, mean, white, turned, signals, heard, signal_mean, signal_scale, spent)
+        _square(begin, end, sample, mean, white, gain, turned, signals, heard, signal_mean, signal_scale, spent)
         _spend(spent, freedom[j], 0.5 * (freedom[j] + size), room)
         top = _weigh(mass, spent, log_scale[begin:end], extra[begin:end], weight, negligible, score, room)
         total, phase, remaining, distance = _sum_up(mass, spent, left[begin:end])

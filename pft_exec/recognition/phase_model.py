@@ -40,6 +40,8 @@ class PhaseModel:
     turned : (4, S)
         Mean orientation (x, y, z, w); zeros where there is none.
     white : (18, S)
+    gain : (9, S)
+        Regression of the direction's residual on the position's.
     log_determinant : (3, S)
     follow : (S,)
         How far the mean leans towards an offset of the first sample.
@@ -70,6 +72,7 @@ class PhaseModel:
     mean: Array
     turned: Array
     white: Array
+    gain: Array
     log_determinant: Array
     follow: Array
     starts: StartModel
@@ -131,7 +134,7 @@ def build_phase_model(tubes: Sequence[FlowTube], settings: PhaseSettings) -> Pha
     turned = tubes[0].quaternion is not None
     kept = kept_axes(evidence, [tube.position for tube in tubes], scales.extent, turned)
     prior = pooled_prior(evidence, kept, scales.extent, settings)
-    emissions = [emission(e, v, kept, settings) for e, v in zip(evidence, prior.variance, strict=True)]
+    emissions = [emission(e, prior, m, settings) for m, e in enumerate(evidence)]
     ticks = np.array([max(float(e.clock[-1]), 1e-6) / (len(e.clock) - 1) for e in evidence])
     shifts = _components(tubes, evidence, scales.extent, settings)
     return _pack(
@@ -190,6 +193,7 @@ def _pack(
         mean=np.ascontiguousarray(np.vstack([_mean(tubes[m], evidence[m], k) for m, k in pairs]).T),
         turned=_stack([_quaternion(tubes[m]).T for m in which]),
         white=_stack([emissions[m].white * factor for m, factor in zip(which, narrow, strict=True)]),
+        gain=_stack([emissions[m].gain for m in which]),
         log_determinant=_stack(
             [
                 emissions[m].log_determinant - 2.0 * np.log(factor) * kept.sum(axis=1)[:, None]

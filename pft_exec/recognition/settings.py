@@ -54,9 +54,12 @@ class PhaseSettings:
         Probability that the speed at any moment is not the motion's own: a pause, or a hurry.
     speed_deviation : float
         Of the logarithm of speed, between people and scenes beside that between a motion's demonstrations.
+    rest : float
+        Probability that a hand at the last step is coming to rest or rests, whatever its speed in the demonstrations:
+        they are cut where they end, a person's stream is not.
     """
 
-    evidence: float = 7.0
+    evidence: float = 5.0
     first_evidence: float = 0.05
     window: float = 0.03
     direction_weight: float = 0.4
@@ -78,6 +81,7 @@ class PhaseSettings:
     start_evidence: float = 0.2
     pause: float = 0.02
     speed_deviation: float = 0.5
+    rest: float = 0.5
 
 
 DEFAULT_SETTINGS = PhaseSettings()

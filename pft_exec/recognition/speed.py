@@ -4,6 +4,9 @@ In the flow: beside the filter's evidence, which adds up, stands what the presen
 observation that each sample makes anew: a hand that rests where a motion ends speaks for that motion, against one that
 only passes there, for as long as it rests; when it goes on, nothing of that is left. The N* / N of [Dong2012]_ does
 something like it.
+
+Demonstrations are cut where the hand no longer goes on, so that a tube's last step still has some speed, and a hand at
+rest would be strange even there. So at the last step, and there alone, rest and all speeds on the way to it are usual.
 """
 
 from __future__ import annotations
@@ -97,9 +100,17 @@ def _densities(levels: Array, mean: Array, scatter: Array, pooled: float, count:
     square = (levels[:, None] - mean) ** 2 / (freedom * variance)
     constant = gammaln(0.5 * freedom + 0.5) - gammaln(0.5 * freedom) - 0.5 * np.log(np.pi * freedom * variance)
     usual = np.exp(constant - 0.5 * (freedom + 1.0) * np.log1p(square))
+    usual[:, -1] += settings.rest * (_coming_to_rest(levels, float(mean[-1])) - usual[:, -1])
     anywhere = 1.0 / (levels[-1] - levels[0])
     result: Array = (1.0 - settings.pause) * usual + settings.pause * anywhere
     return result
+
+
+def _coming_to_rest(levels: Array, last: float) -> Array:
+    """(L,): even density of the logarithm of speed between rest and the speed at which the demonstrations were cut."""
+    passed = (levels <= max(last, float(levels[0]))).astype(float)
+    density: Array = passed / (passed.sum() * (levels[1] - levels[0]))
+    return density
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")

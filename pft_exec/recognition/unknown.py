@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pft_exec.geometry import Array
-from pft_exec.recognition.emission import Mask, Prior, covariances, whitened
+from pft_exec.recognition.emission import Prior, coupled, covariances, predictive
 from pft_exec.recognition.evidence import TubeEvidence
 from pft_exec.recognition.settings import PhaseSettings
 
@@ -21,7 +21,7 @@ _LEAST_DEVIATION = 0.25  # of the logarithm of a known motion's strangeness
 _USUAL = 0.3  # logarithm of how much stranger a new motion is than one that the tube was aligned to
 _MARGIN = 1.5  # of those deviations from a usual motion to the threshold
 _STEEPNESS = 0.5  # of them, over which known turns to unknown
-_HELD = 1.0  # independent observations of a usual motion that each stream begins with
+_HELD = 0.7  # independent observations of a usual motion that each stream begins with
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,19 +54,23 @@ class Strangeness:
         return result
 
 
-def left_out_distances(evidence: TubeEvidence, variance: Array, kept: Mask, strength: float) -> Array:
+def left_out_distances(evidence: TubeEvidence, prior: Prior, tube: int, strength: float) -> Array:
     """(K,): mean squared Mahalanobis distance an axis of each demonstration from the others of its motion."""
-    count = len(evidence.position)
+    count, kept = len(evidence.position), prior.kept
     if count < 2:
         return np.zeros(0)
-    residuals = np.stack([evidence.conditioned, evidence.direction, evidence.rotation]) * (count / (count - 1.0))
-    distances = np.empty(count)
+    residuals = np.stack([evidence.conditioned, evidence.direction, evidence.rotation])
+    cross, distances, size = evidence.cross, np.empty(count), kept.sum()
     for k in range(count):
-        left = residuals[:, k]
-        without = evidence.scatter - left[..., :, None] * left[..., None, :] * ((count - 1.0) / count)
-        white, _ = whitened(covariances(without, count - 1, variance, kept, strength), kept)
+        left = residuals[:, k] * (count / (count - 1.0))  # from the mean of the others
+        share = (count - 1.0) / count
+        without = evidence.scatter - left[..., :, None] * left[..., None, :] * share
+        together = cross - left[1][:, :, None] * left[0][:, None, :] * share
+        covariance = covariances(without, count - 1, prior.variance[tube], kept, strength)
+        white, _, gain = coupled(covariance, predictive(together, count - 1, prior.cross[tube], strength), kept)
+        left[1] -= np.einsum("ijn,nj->ni", gain.reshape(3, 3, -1), left[0])
         freedom = strength + count - 2.0
-        distances[k] = (0.5 * (freedom + kept.sum()) * np.log1p(_square(white, left) / freedom)).mean() / kept.sum()
+        distances[k] = (0.5 * (freedom + size) * np.log1p(_square(white, left) / freedom)).mean() / size
     return distances
 
 
@@ -83,10 +87,7 @@ def _square(white: Array, residual: Array) -> Array:
 
 def learn_strangeness(evidence: Sequence[TubeEvidence], prior: Prior, settings: PhaseSettings) -> Strangeness:
     """What is usual for each motion, from its demonstrations left out in turn."""
-    own = [
-        left_out_distances(e, variance, prior.kept, settings.prior_strength)
-        for e, variance in zip(evidence, prior.variance, strict=True)
-    ]
+    own = [left_out_distances(e, prior, m, settings.prior_strength) for m, e in enumerate(evidence)]
     logs = [np.log(np.maximum(values, 1e-6)) for values in own]
     known = np.concatenate(logs) if any(len(v) for v in logs) else np.zeros(1)
     pooled = float(known.mean())

@@ -57,7 +57,9 @@ class ReferenceFilter:
 
     def squares(self, part, row):
         model = self.model
-        residuals = [row[:3, None] - model.mean[:3, part], row[3:6, None] - model.mean[3:, part]]
+        place, heading = row[:3, None] - model.mean[:3, part], row[3:6, None] - model.mean[3:, part]
+        expected = np.einsum("ijn,jn->in", model.gain[:, part].reshape(3, 3, -1), place)
+        residuals = [place, heading - expected]
         if np.any(row[6:]):
             residuals.append(chords(model.turned[:, part].T, row[6:]).T)
         total = 0.0

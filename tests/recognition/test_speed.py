@@ -1,11 +1,15 @@
-"""What a sample costs, for ``pytest --benchmark-only``; nothing is asserted of a clock."""
+"""What the present speed says; what a sample costs, for ``pytest --benchmark-only``: nothing is asserted of a clock."""
 
 import itertools
 
 import numpy as np
 import pytest
 
+from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
 from pft_exec.recognition import METHODS, OnlineRecognizer
+from pft_exec.recognition.evidence import gather_evidence, measure_scales
+from pft_exec.recognition.settings import DEFAULT_SETTINGS
+from pft_exec.recognition.speed import learn_speed
 from tests.recognition.tubes import line
 
 
@@ -23,3 +27,31 @@ def test_one_sample_among_twenty_motions_of_two_hundred_steps(method, benchmark)
 
     belief = benchmark.pedantic(take_sample, rounds=200, warmup_rounds=1)
     assert belief.flagged == ""
+
+
+def test_a_hand_at_rest_is_usual_where_a_motion_ends_and_nowhere_else_on_the_way():
+    """Also where the demonstrations are cut while they still move; each step's density has an area near 1."""
+    tubes = [line(str(k), way, seed=k) for k, way in enumerate(np.eye(3)[:2])]
+    cut = [_cut(tube, 70) for tube in tubes]
+    scales = measure_scales(cut, ())
+    evidence = [gather_evidence(tube, scales, DEFAULT_SETTINGS) for tube in cut]
+    weight = DEFAULT_SETTINGS.direction_weight * scales.extent
+    model = learn_speed(evidence, np.array([0, 1]), weight, DEFAULT_SETTINGS)
+    resting = model.at(np.zeros(3)).reshape(2, -1)
+    assert (resting[:, -1] > 5.0 * resting[:, 35:-1].max(axis=1)).all()
+    assert np.abs(model.density.sum(axis=0) * model.gap - 1.0)[-1] < 0.1
+
+
+def _cut(tube, steps):
+    """The tube's first steps."""
+    aligned = tube.aligned
+    return FlowTube(
+        tube.label,
+        tube.time[:steps],
+        tube.position[:steps],
+        None,
+        tube.covariance[:steps],
+        tube.time_deviation[:steps],
+        count=tube.count,
+        aligned=AlignedDemonstrations(aligned.position[:, :steps], None, aligned.time[:, :steps]),
+    )
