@@ -172,7 +172,8 @@ class TrackingController:
         solution = self._solver.solve(program)
         solve_time = perf_counter() - begin
         if not (solution.found and math.isfinite(solution.x.dot(solution.x))):
-            return self._stop(time, q, v, f"no solution: {solution.status}")
+            found = "an answer that is not a number, called " if solution.found else ""
+            return self._stop(time, q, v, f"no solution: {found}{solution.status}")
         concluded = self._conclude(solution, tracking, posture, dynamics, load)
         told = {"solve_time": solve_time} if near is None else {"solve_time": solve_time, **_closeness(near, solution)}
         command = _command(concluded, solution, reference, tool, error, told)

@@ -9,8 +9,7 @@ import pytest
 from pft_exec.evaluation import rollouts
 from pft_exec.evaluation.assisted_rollouts import KINDS as ASSISTED_KINDS
 from pft_exec.evaluation.benchmarks.faults import measure_faults, read_record, tables_of
-from pft_exec.evaluation.rollouts import KINDS, LEAST_STRENGTH, Plan, Rollout, draw_plan, run_plan
-from pft_exec.execution.faults import Fault
+from pft_exec.evaluation.rollouts import KINDS, LEAST_STRENGTH, Plan, Rollout, draw_plan
 from pft_exec.simulation import Mismatch
 
 STILL = Plan(0, "pr2", "raise", (0.0,) * 7, Mismatch(), ())
@@ -75,50 +74,3 @@ def test_a_study_goes_on_from_its_record_and_forgives_a_line_that_was_cut_off(tm
     assert run == [7, 8, 9, 9, 10]
     assert tables["what must never happen (floor: 0)"][0]["rollouts"] == 4
     assert read_record(record) == [rollout(seed) for seed in (7, 8, 9, 10)]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "endings"),
-    [
-        ("none", {"finished"}),
-        ("solver_fails", {"finished"}),
-        ("solver_nan", {"finished"}),
-        ("encoder_spike", {"finished"}),
-        ("encoder_jump", {"stopped"}),
-        ("encoder_nan", {"stopped"}),
-        ("encoder_frozen", {"stopped"}),
-        ("gripper_opens", {"finished"}),
-        ("push", {"finished"}),
-        ("payload", {"finished"}),
-        ("saturation", {"finished"}),
-        ("beyond_reach", {"refused"}),
-    ],
-)
-def test_each_fault_is_answered_and_breaks_no_rule(kind: str, endings: set[str]) -> None:
-    start = 0.0 if kind == "beyond_reach" else 0.4
-    plan = replace(STILL, faults=() if kind == "none" else (Fault(kind, start, seed=1),))
-    judged, log = run_plan(plan)
-    assert judged.broken_rules == ()
-    assert judged.ending in endings, judged.reason
-    assert log is not None
-    assert (log.event("fault") is None) == (kind == "none")
-    if judged.ending != "finished":
-        assert log.event("stop").detail == judged.reason
-
-
-@pytest.mark.slow
-def test_a_solver_that_keeps_failing_stops_the_arm_with_its_word() -> None:
-    judged, _ = run_plan(replace(STILL, faults=(Fault("solver_fails", 0.4, 1.0),)))
-    assert judged.ending == "stopped"
-    assert "the solver found nothing" in judged.reason
-    assert judged.broken_rules == ()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("force", [10.0, 20.0, 40.0])
-@pytest.mark.parametrize("robot", ["pr2", "wam"])
-def test_pushes_of_every_size_break_no_limit(robot: str, force: float) -> None:
-    judged, _ = run_plan(replace(STILL, robot=robot, faults=(Fault("push", 0.5, 0.3, force, seed=2),)))
-    assert judged.broken_rules == ()
-    assert judged.ending == "finished", judged.reason
