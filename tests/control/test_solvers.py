@@ -133,3 +133,21 @@ def test_osqp_keeps_its_workspace_while_rows_come_and_go(arm, start):
 def test_osqp_refuses_a_cost_that_is_not_convex():
     program, _, _ = known()
     assert "not convex" in load_solver("osqp").solve(replace(program, H=-program.H)).status
+
+
+def test_osqp_takes_no_more_iterations_than_a_period_has_time_for_and_says_who_answered_instead(arm, start):
+    """Random conflicts: soft rows that cannot hold, and programs that have nothing in common with the one before."""
+    from pft_exec.control.solvers.osqp import ITERATIONS
+
+    generator = np.random.default_rng(17)
+    solver, exact = load_solver("osqp"), load_solver("daqp")
+    told = {True: 0, False: 0}
+    for _ in range(150):
+        program = control_program(arm, start, generator)
+        solution, right = solver.solve(program), exact.solve(program)
+        assert solution.found
+        assert solution.iterations <= ITERATIONS
+        is_rescued = "daqp" in solution.status
+        told[is_rescued] += 1
+        np.testing.assert_allclose(program.G @ solution.x, program.G @ right.x, atol=0.0 if is_rescued else 1e-2)
+    assert told[False] > 2 * told[True] > 0
