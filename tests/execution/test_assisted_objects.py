@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from pft_exec.control import Avoidance
-from pft_exec.exceptions import MissingObjectError
-from pft_exec.execution import assist, prepare
+from pft_exec.demonstration import Scene
+from pft_exec.exceptions import MissingObjectError, UnreachableError
+from pft_exec.execution import assist, execute, prepare
 from pft_exec.execution.hand.hand_path import lead_motion
+from pft_exec.execution.refusal import refusal_here
 from pft_exec.execution.surroundings import Surroundings
 from pft_exec.geometry import Pose
 from pft_exec.learning import MotionLibrary
@@ -100,6 +102,27 @@ def _nearest(table: World, motions: MotionLibrary, is_told: bool) -> float:
     log = assist(table, motions, "move_left", seed=3, avoid=["bottle"] if is_told else (), observer=look)
     assert log.label == "move_left"
     return min(least)
+
+
+def test_what_is_out_of_reach_is_refused_with_the_nearest_placement_before_anything_moves(
+    table: World, motions: MotionLibrary
+) -> None:
+    prepare(table, "reach", seed=3, substitute=SWAP)
+    standing = dict(table.scene.objects)
+    away = standing["can"].position + np.array([0.25, -0.6, 0.0])
+    table.reset(Scene({**standing, "can": Pose(away)}), {"right": table.state("right")[0]})
+    tube, before = motions["reach"].flow_tube(table.scene, table.tool(), SWAP), table.time
+    with pytest.raises(UnreachableError, match=r"beyond the reach .* nearest placement found that will do: can at \("):
+        execute(table, tube, substitute=SWAP)
+    with pytest.raises(UnreachableError, match=r"'reach'.* nearest placement found that will do: can at \("):
+        assist(table, motions, "reach", substitute=SWAP)
+    assert table.time == before
+
+
+def test_where_the_placement_is_not_at_fault_no_other_is_told(table: World) -> None:
+    prepare(table, "reach", seed=3)
+    assert str(refusal_here(table, "reach", "right", "The tube is too long.")) == "The tube is too long."
+    assert str(refusal_here(table, "unheard of", "right", "The tube is too long.")) == "The tube is too long."
 
 
 def test_an_object_that_the_task_has_not_cannot_be_avoided(table: World, motions: MotionLibrary) -> None:
