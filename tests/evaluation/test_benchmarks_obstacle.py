@@ -45,8 +45,9 @@ def test_a_tube_has_room_round_a_ball_in_its_middle_and_none_where_the_ball_stay
     from pft_exec.model import Obstacle, Sphere, load_robot
 
     balls = obstacle._Round(load_robot("pr2").arm("right"))
-    index = len(balls.tube) // 2 if has_room else -1
-    ball = Obstacle("ball", Sphere(obstacle.RADIUS), Pose(balls.tube.position[index]))
+    ball = obstacle._ball(balls.tube.position[len(balls.tube) // 2], 0.0, balls.tube.time[-1])
+    if not has_room:
+        ball = Obstacle("ball", Sphere(obstacle.RADIUS), Pose(balls.tube.position[-1]))
     assert balls.has_room(ball) is has_room
 
 
