@@ -39,6 +39,8 @@ LET_GO = 0.15
 
 PUSH = (0.6, 1.5)
 """s: a force that ends so soon after it took the arm back, and after which the arm so soon rests, was only a push."""
+GATHERING = 0.6
+"""s for which the arm must rest until then: a person who has taken hold may pause, and begins slowly."""
 
 
 def assist(
@@ -152,7 +154,7 @@ class _Interrupted:
     def __init__(self, takeover: Takeover, outcome: Outcome, time: float) -> None:
         self.takeover, self.outcome = takeover, outcome
         self._begin = self._pushed = time
-        self._calm = Calm(time)
+        self._calm = Calm(time, GATHERING)
 
     def is_over(self, time: float, force: Array, v: Array) -> bool:
         """Whether it was only a push: soon after, nobody moves the arm; force (3,), N, joint speeds (n,), rad/s."""

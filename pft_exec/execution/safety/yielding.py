@@ -139,16 +139,25 @@ class Yielding:
 
 
 class Calm:
-    """Notice that nobody moves the arm; forces are those beyond friction."""
+    """Notice that nobody moves the arm; forces are those beyond friction.
 
-    def __init__(self, time: float) -> None:
+    Parameters
+    ----------
+    time : float, s
+        Now.
+    lasting : float, s
+        For which it must have been calm.
+    """
+
+    def __init__(self, time: float, lasting: float = CALM_TIME) -> None:
+        self._lasting = lasting
         self._restless = time
 
     def update(self, time: float, force: Array, v: Array) -> bool:
-        """Whether force (3,), N, and joint speeds (n,), rad/s, have been small for `CALM_TIME`, at a time, s."""
+        """Whether force (3,), N, and joint speeds (n,), rad/s, have been small for long, at a time, s."""
         if np.linalg.norm(force) > CALM[0] or np.max(np.abs(v)) > CALM[1]:
             self._restless = time
-        return time - self._restless >= CALM_TIME
+        return time - self._restless >= self._lasting
 
 
 def give_way(loop: ControlLoop, force: ForceWatch, before: Command | None) -> bool:
