@@ -122,11 +122,12 @@ def benchmark(
     seed: Seed = 0,
     count: Annotated[int | None, typer.Option(help="Of rollouts, where it has any.", min=1)] = None,
     jobs: Jobs = 1,
+    record: Annotated[Path | None, typer.Option(help="File of the rollouts, from which a run goes on.")] = None,
     as_json: Json = False,
 ) -> None:
     """Time a part, with the alternatives in the same run."""
     from pft_exec.evaluation import benchmark as run_benchmark
 
     with progress(f"timing {what}") as advance:
-        result = run_benchmark(what, seed=seed, progress=advance, count=count, jobs=jobs)
+        result = run_benchmark(what, seed=seed, progress=advance, count=count, jobs=jobs, record=record)
     print_tables(as_json, result, result["tables"])

@@ -6,6 +6,7 @@ function takes a seed and a progress callable and answers with tables. `BENCHMAR
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from pft_exec.evaluation.benchmarks.compliance import measure_compliance
@@ -34,7 +35,13 @@ BENCHMARKS: dict[str, Benchmark] = {
 
 
 def benchmark(
-    name: str, seed: int = 0, progress: Progress = silent, *, count: int | None = None, jobs: int = 1
+    name: str,
+    seed: int = 0,
+    progress: Progress = silent,
+    *,
+    count: int | None = None,
+    jobs: int = 1,
+    record: str | Path | None = None,
 ) -> dict[str, Any]:
     """Time one part.
 
@@ -50,6 +57,8 @@ def benchmark(
         Of rollouts; only "faults" has any.
     jobs : int
         Processes of the rollouts.
+    record : path or None
+        File of the rollouts, written as they end; a run that was interrupted goes on from it.
 
     Returns
     -------
@@ -64,5 +73,5 @@ def benchmark(
     if name not in BENCHMARKS:
         raise UnknownNameError("benchmark", name, BENCHMARKS)
     if name == "faults":
-        return {"tables": measure_faults(seed, progress, count or ROLLOUTS, jobs)}
+        return {"tables": measure_faults(seed, progress, count or ROLLOUTS, jobs, record)}
     return {"tables": BENCHMARKS[name](seed, progress)}
