@@ -4,11 +4,10 @@ Of the force of each control period alone, :math:`F_k`, all that is beyond what 
 
 .. math:: s \leftarrow s + h F_k, \qquad s \leftarrow s\,\max(0, 1 - h F_0 / \lVert s \rVert),
 
-the multivariate cumulative sum of R. B. Crosier (Technometrics 30, 1988, 291-303): of all tests with the same rate of
-false alarms, a cumulative sum notices a lasting change first (G. Lorden, Ann. Math. Stat. 42, 1971, 1897-1908). Where
-the force that is allowed lies midway between the strongest push that must not take back and the weakest that must, it
-is the likelihood ratio of the two. Noise of the measured velocities does not pile up in the sum, for it is a change of
-momentum: it adds the noise of two readings, however many lie between them.
+the multivariate cumulative sum of [Crosier1988]: of all tests with the same rate of false alarms, a cumulative sum
+notices a lasting change first [Lorden1971]. Where the force that is allowed lies midway between the strongest push that
+must not take back and the weakest that must, it is the likelihood ratio of the two. Noise of the measured velocities
+does not pile up in the sum, for it is a change of momentum: it adds the noise of two readings, whatever lies between.
 """
 
 from __future__ import annotations
