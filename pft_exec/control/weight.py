@@ -56,15 +56,18 @@ class WeightEstimate:
 
     def restart(self, arm: Arm) -> None:
         """Forget everything: another model, or another task."""
-        self.mass = 0.0
-        self._rate = 1.0 / TIME_CONSTANT
-        self.force = np.zeros(3)
         self._weights: Array = np.asarray(1.0 / (arm.friction.coulomb + _LEAST_FRICTION) ** 2, dtype=float)
-        self._before: tuple[float, Array, ArmDynamics, Array] | None = None
+        self._begin(1.0 / TIME_CONSTANT)
 
     def expect(self) -> None:
         """Nothing is known of the weight: somebody else has borne it until now."""
-        self._rate = 1.0 / FIRST_TIME
+        self._begin(1.0 / FIRST_TIME)
+
+    def _begin(self, rate: float) -> None:
+        """Begin with no weight, and follow what is felt at a rate, 1/s."""
+        self.mass, self._rate = 0.0, rate
+        self.force: Array = np.zeros(3)
+        self._before: tuple[float, Array, ArmDynamics, Array] | None = None
 
     def remember(self, time: float, v: Array, dynamics: ArmDynamics, missing: Array) -> None:
         """Remember a control period.

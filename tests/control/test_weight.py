@@ -65,6 +65,22 @@ def test_a_second_after_a_take_over_a_push_is_a_person_again(arm, start):
     assert abs(estimate.mass) <= 0.25
 
 
+def test_where_a_hand_takes_over_what_was_known_of_the_weight_is_forgotten(arm, start):
+    """The hand may have set it down: neither its mass nor the force that told it, nor the period before, counts."""
+    controller = TrackingController(arm, PERIOD)
+    controller.follow(swaying(start), constant_compliance(200.0), 0.0, blend=False)
+    plant = Plant(arm, start, payload=1.0)
+    for step in range(200):
+        command = controller.update(PERIOD * step, plant.q, plant.v)
+        plant.step(command.torque)
+        plant.step(command.torque)
+    assert controller.unknown_mass > 0.05
+    controller.follow(holding(start), constant_compliance(200.0), PERIOD * 200)
+    assert controller.unknown_mass == 0.0
+    controller.update(PERIOD * 200, plant.q, plant.v)
+    assert controller.unknown_mass == 0.0
+
+
 def test_no_weight_is_found_where_there_is_none(arm, start):
     assert abs(mass_after(arm, start, 2.0)) <= 0.05
 
