@@ -41,6 +41,15 @@ def test_soft_rows_give_way_to_hard_ones(solver):
     assert program.violation(solution.x, soft=True) == pytest.approx(1.5, abs=1e-2)
 
 
+def test_a_row_that_is_made_hard_in_place_is_hard_from_then_on(solver):
+    """What a solver remembers of one program must not answer for another."""
+    program, x = conflicting()
+    program = replace(program, soft=program.soft.copy())
+    np.testing.assert_allclose(solver.solve(program).x, x, atol=1e-2)
+    program.soft[:] = False
+    assert not solver.solve(program).found
+
+
 def test_rows_without_a_bound_on_one_side_are_ordinary(solver):
     program, x, _ = known()
     open_below = replace(program, lower=np.array([-10.0, -10.0, -np.inf]))

@@ -26,7 +26,7 @@ class DaqpSolver:
         """Solve; a failure is a solution with ``found = False``."""
         if not program.is_finite:
             return not_found(program, "not finite")
-        if program.soft is not self._soft:  # programs of the same rows share it
+        if program.soft is not self._soft or program.soft.flags.writeable:  # programs of the same rows share it
             self._soft, self._sense = program.soft, _SOFT_ROW * program.soft.astype(np.intc)  # no other type will do
         x, _, flag, info = daqp.solve(
             program.H, program.c, program.G, program.upper, program.lower, self._sense, rho_soft=SOFTNESS
