@@ -83,7 +83,10 @@ def _swapped(poses: Mapping[str, Pose], substitute: Mapping[str, str]) -> dict[s
 
 
 def _standing(task: TaskDescription, label: str, substitute: Mapping[str, str]) -> TaskDescription:
-    """The task with the height at which a substitute's middle is when it stands in its place, or on what does."""
+    """The task with the height at which a substitute's middle is when it stands in its place, or on what does.
+
+    A substitute that the task does not know is taken to be as high as what it stands for.
+    """
     motion = task.motion(label)
     placed = motion.success.placed
     if placed is None or placed.frame == START:
@@ -91,7 +94,7 @@ def _standing(task: TaskDescription, label: str, substitute: Mapping[str, str]) 
     height = {name: item.shape.height for name, item in task.objects.items()}
     x, y, z = placed.offset
     standing = {placed.object, placed.frame} - {WORLD}
-    z += sum(0.5 * (height[substitute.get(name, name)] - height[name]) for name in standing)
+    z += sum(0.5 * (height.get(substitute.get(name, name), height[name]) - height[name]) for name in standing)
     success = replace(motion.success, placed=replace(placed, offset=(x, y, z)))
     return replace(task, motions={**task.motions, label: replace(motion, success=success)})
 

@@ -112,3 +112,15 @@ def test_a_shorter_substitute_stands_lower_and_what_it_replaces_stays(sense: flo
     assert verdict.success, verdict.reason
     knocked = after | {"bottle": Pose(before["bottle"].position + np.array([0.05, 0.0, 0.0]))}
     assert not judge_motion(task, "put_on_table", before, knocked, at, at, Measured(), {"bottle": "can"}).success
+
+
+def test_a_substitute_that_the_task_does_not_know_is_taken_to_be_as_high_as_what_it_stands_for() -> None:
+    before = {name: Pose(np.array([0.1 * k + 0.5, 0.0, 0.79])) for k, name in enumerate(TASK.placed)}
+    before["coaster"] = Pose(np.array([0.5, 0.3, 0.703]))
+    height = {name: TASK.objects[name].shape.height for name in ("bottle", "coaster")}
+    stands = Pose(before["coaster"].position + np.array([0.0, 0.0, 0.5 * sum(height.values())]))
+    at, swap = Pose(np.array([0.5, 0.3, 0.9])), {"bottle": "flask"}
+    after, lifted = (before | {"flask": pose} for pose in (stands, at))
+    before |= {"flask": at}
+    assert judge_motion(TASK, "put_on_table", before, after, at, at, Measured(), swap).success
+    assert not judge_motion(TASK, "put_on_table", before, lifted, at, at, Measured(), swap).success
