@@ -13,7 +13,7 @@ motion that leaves the tool where it is; N projects onto the null space of the J
 ours.
 
 Every damping D, of a hand's guidance, of a stop and of the walls, is taken in the form that a torque held for a period
-bears (`held_damping`): a light wrist at 500 Hz swung with the plain one, ever wider, past its velocity limit.
+bears (`held_damping`): with the plain one a light wrist at 500 Hz swings ever wider, past its velocity limit.
 """
 
 from __future__ import annotations

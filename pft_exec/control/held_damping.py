@@ -15,7 +15,7 @@ ones, and every eigenvalue of :math:`h M^{-1} D_h` is below :math:`s = 1/c`. The
 for any D, M and h. One period of delay leaves the roots of :math:`z^2 - z + \lambda`, :math:`\lambda < s`: within the
 unit circle for s = 1, and without swinging for s = 1/4. That is taken.
 
-Derivation ours; that a sampled and held damping is passive only below a bound: [Colgate1997].
+Derivation ours; that a sampled and held damping is passive only below a bound: [Colgate1997]_.
 """
 
 from __future__ import annotations

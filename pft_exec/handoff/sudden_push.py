@@ -4,10 +4,11 @@ Of the force of each control period alone, :math:`F_k`, all that is beyond what 
 
 .. math:: s \leftarrow s + h F_k, \qquad s \leftarrow s\,\max(0, 1 - h F_0 / \lVert s \rVert),
 
-the multivariate cumulative sum of [Crosier1988]: of all tests with the same rate of false alarms, a cumulative sum
-notices a lasting change first [Lorden1971]. Where the force that is allowed lies midway between the strongest push that
-must not take back and the weakest that must, it is the likelihood ratio of the two. Noise of the measured velocities
-does not pile up in the sum, for it is a change of momentum: it adds the noise of two readings, whatever lies between.
+the multivariate cumulative sum of [Crosier1988]_: of all tests with the same rate of false alarms, a cumulative sum
+notices a lasting change first [Lorden1971]_. Where the force that is allowed lies midway between the strongest push
+that must not take back and the weakest that must, it is the likelihood ratio of the two. Noise of the measured
+velocities does not pile up in the sum, for it is a change of momentum: it adds the noise of two readings, whatever lies
+between.
 """
 
 from __future__ import annotations

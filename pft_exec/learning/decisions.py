@@ -126,7 +126,7 @@ def _with_turn(decision: FrameDecision, objects: Collection[str], evidence: Evid
     own = next(c for c in evidence.candidates if c.name == decision.frame and c.axes == "object")
     words = (
         f"; {decision.frame} always stood much the same way: whether the offset turns with it is not shown, "
-        f"it is taken to"
+        "it is taken to"
     )
     return decision.changed(
         axes="object",

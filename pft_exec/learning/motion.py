@@ -113,8 +113,7 @@ def learn_motion(
         "robust" or "dong2012".
     relevant : {"start", "end", "start.orientation" or "end.orientation": frames}
         Overrules the decision for the position (orientation) at that end: names of objects, "absolute" or "start", or
-        one such name;
-        an empty sequence says that nothing is relevant. Several frames are fused by their precisions.
+        one such name; an empty sequence says that nothing is relevant. Several frames are fused by their precisions.
     options
         Of "dong2012": the fields of `Dong2012Options`, such as ``epsilon=0.1``. "robust" has none.
 

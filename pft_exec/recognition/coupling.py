@@ -54,6 +54,7 @@ def couple(covariance: Array, cross: Array, white: Array) -> tuple[Array, Array]
     gain : (N, 3, 3)
         Expected residual of the direction for each unit of the position's.
     left : (N, 3, 3)
+        Covariance of the direction around that.
     """
     factor = np.zeros_like(cross)
     factor[:, _LOWER[0], _LOWER[1]] = white.T

@@ -31,7 +31,7 @@ from pft_exec.geometry import Array
 TOLERANCE = 1e-6
 """Absolute, in rows of length one; relative, a tenth of it."""
 ITERATIONS = 80
-"""At most: with them and DAQP's answer a program takes less than 200 microseconds (measured)."""
+"""At most: with them and DAQP's answer a program takes less than 200 microseconds (`benchmark control`)."""
 _FIRST_STEP = 0.1  # OSQP's own step size, before it adapts it
 _SPARE = 8  # rows are added in such steps, so that obstacles that come and go do not change the structure
 _INFINITE = 1e30  # OSQP's

@@ -42,7 +42,7 @@ STEPS = np.linspace(-2.5, 2.5, 21)
 INSTANTS = 30
 """At which it is looked at."""
 ROOM = 0.032
-"""m; that a sidestep leaves between arm and ball: what the controller heads for, and a little more."""
+"""m; that a sidestep leaves between arm and ball: the controller's `SAFE_DISTANCE` and a little more."""
 HOLD = 0.8
 """s of rest after the motion."""
 
@@ -70,7 +70,7 @@ def measure_obstacle(seed: int, progress: Progress) -> Tables:
             {"gains": name, **_row(arm, gains, speed, seed)} for name, gains in cases.items()
         ]
     round_it = _Round(arm)
-    tables["balls of 4 cm placed at random, where the tube has room to go round them"] = [
+    tables[f"balls of {1e2 * RADIUS:.0f} cm placed at random, where the tube has room to go round them"] = [
         round_it.row(speed, seed, compliance, progress) for speed in SPEEDS
     ]
     tables["the same, not avoided"] = [{"gains": "tube's gains", **_row(arm, compliance, 0.0, seed, is_blind=True)}]

@@ -91,7 +91,7 @@ def test_a_fault_of_samples_or_camera_while_a_hand_leads_changes_nothing(
     ],
 )
 def test_an_arm_that_is_not_seen_is_not_led_on(robot: str, control_period: float, fault: Fault, reason: str) -> None:
-    """It stops within a tenth of a second: blind, it once swung under the hand at ten times its velocity limit."""
+    """It stops within a tenth of a second: blind, it can swing under the hand far beyond its velocity limit."""
     judged, log = run(replace(LED[robot], control_period=control_period), fault)
     assert judged.ending == "stopped"
     assert reason in judged.reason
