@@ -13,15 +13,13 @@ from pft_exec.exceptions import ControlError
 from pft_exec.execution.candidates import Candidates
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.faults import Sample
-from pft_exec.execution.grasping import GRIPPER_CLOSED, handles_objects
+from pft_exec.execution.grasping import GRIPPER_CLOSED, GRIPPER_WIDTH, handles_objects
 from pft_exec.execution.safety.scene_watch import SceneWatch
 from pft_exec.execution.takeover import Takeover, plan_takeover
 from pft_exec.handoff import Decision, PolicySettings, TakeoverPolicy
 from pft_exec.learning import FlowTube
 from pft_exec.recognition import Belief, OnlineRecognizer
 
-GRIPPER_WIDTH = "gripper"
-"""Name of the continuous variable; it tells motions apart by what the gripper holds, unless that is a substitute."""
 PACE_RANGE = (0.5, 1.5)
 """How much slower or faster than taught the person's pace may carry over."""
 RETRY = 0.1

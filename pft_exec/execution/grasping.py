@@ -18,6 +18,8 @@ from pft_exec.simulation import SetUp, World
 
 GRIPPER_CLOSED = "gripper_closed"
 """Name of the discrete variable: 1 while the gripper is told to close."""
+GRIPPER_WIDTH = "gripper"
+"""Name of the continuous variable, m; it tells motions apart by what the gripper holds, unless that is a substitute."""
 SETTLED_SPEED = 0.002
 """m/s of the pads, below which the gripper has closed or opened."""
 LEAST_WAIT, MOST_WAIT = 0.25, 1.0

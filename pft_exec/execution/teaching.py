@@ -20,7 +20,7 @@ from pft_exec.description import Setting, draw_settings, nominal_setting, random
 from pft_exec.exceptions import LearningError, StorageError, UnreachableError
 from pft_exec.execution.control_loop import SAMPLE_PERIOD, ControlLoop, Observer
 from pft_exec.execution.faults import Fault
-from pft_exec.execution.grasping import GRIPPER_CLOSED, handles_objects
+from pft_exec.execution.grasping import GRIPPER_CLOSED, GRIPPER_WIDTH, handles_objects
 from pft_exec.execution.hand.guiding import GuidingFigures, guiding_figures, lead, lead_there, measure_swivel_drift
 from pft_exec.execution.hand.hand_path import Hand, HandPath, plan_hand_paths
 from pft_exec.execution.refusal import refusal
@@ -214,7 +214,7 @@ def _record(recorder: Recorder, loop: ControlLoop) -> None:
         loop.time,
         tool.position,
         tool.quaternion,
-        continuous={"gripper": world.gripper(name)},
+        continuous={GRIPPER_WIDTH: world.gripper(name)},
         discrete={GRIPPER_CLOSED: int(world.is_gripper_closed(name))} if works_gripper else {},
         objects={key: pose.array for key, pose in loop.seen.items()},
         configuration=loop.sense()[0],
