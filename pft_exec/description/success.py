@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from pft_exec.description.task import TaskDescription
 from pft_exec.geometry import Pose, geodesic_distance, mirror_positions, relative_rotation_vector
 
 __all__ = ["Measured", "Verdict", "judge_motion"]
+
+Told = TypeVar("Told")
 
 
 def judge_motion(
@@ -58,7 +61,7 @@ def judge_motion(
         taught = {now: name for name, now in substitute.items()}
         measured = replace(measured, held=taught.get(measured.held or "", measured.held))
         before, after = (_swapped(poses, substitute) for poses in (before, after))
-        task = _standing(task, label, substitute)
+        task = _exchanged(_standing(task, label, substitute), substitute)
     if plane is not None:
         upright, positions = task.mirrored(), [measured.path, measured.liquid]
         path, liquid = (mirror_positions(each, plane) if len(each) else each for each in positions)
@@ -75,11 +78,16 @@ def judge_motion(
     return Verdict(all(item.success for item in verdicts), "; ".join(item.reason for item in verdicts))
 
 
-def _swapped(poses: Mapping[str, Pose], substitute: Mapping[str, str]) -> dict[str, Pose]:
-    """Every substitute under the name of what it stands for, and the other way round."""
+def _swapped(told: Mapping[str, Told], substitute: Mapping[str, str]) -> dict[str, Told]:
+    """What is told of every substitute under the name of what it stands for, and the other way round."""
     names = {now: taught for taught, now in substitute.items()} | dict(substitute)
-    present = {*poses, *substitute}
-    return {name: poses[names.get(name, name)] for name in present if names.get(name, name) in poses}
+    present = (*told, *(name for name in substitute if name not in told))
+    return {name: told[names.get(name, name)] for name in present if names.get(name, name) in told}
+
+
+def _exchanged(task: TaskDescription, substitute: Mapping[str, str]) -> TaskDescription:
+    """The task whose objects have the shapes of their substitutes; one that the task does not know has its own."""
+    return replace(task, objects={**task.objects, **_swapped(task.objects, substitute)})
 
 
 def _standing(task: TaskDescription, label: str, substitute: Mapping[str, str]) -> TaskDescription:

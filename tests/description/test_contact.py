@@ -124,3 +124,14 @@ def test_a_substitute_that_the_task_does_not_know_is_taken_to_be_as_high_as_what
     before |= {"flask": at}
     assert judge_motion(TASK, "put_on_table", before, after, at, at, Measured(), swap).success
     assert not judge_motion(TASK, "put_on_table", before, lifted, at, at, Measured(), swap).success
+
+
+def test_what_is_poured_into_a_substitute_is_judged_by_the_substitutes_own_walls() -> None:
+    """The can is higher than the cup that it stands for, and narrower."""
+    before = {name: Pose(np.array([0.2 * k + 0.5, 0.0, 0.79])) for k, name in enumerate(TASK.placed)}
+    high, beside = (before["can"].position + np.array(offset) for offset in ([0.0, 0.0, 0.07], [0.04, 0.0, 0.0]))
+    at = Pose(np.array([0.5, 0.3, 0.9]))
+    for ball, share in ((high, "20 of 20"), (beside, "0 of 20")):
+        measured = Measured(held="bottle", liquid=np.tile(ball, (20, 1)))
+        verdict = judge_motion(TASK, "pour_into", before, before, at, at, measured, {"cup": "can"})
+        assert f"{share} balls in the cup" in verdict.reason
