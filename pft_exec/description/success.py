@@ -58,8 +58,8 @@ def judge_motion(
     """
     plane, measured = task.mirror, measured or Measured()
     if substitute:
-        taught = {now: name for name, now in substitute.items()}
-        measured = replace(measured, held=taught.get(measured.held or "", measured.held))
+        held = _names(substitute).get(measured.held or "", measured.held)
+        measured = replace(measured, held=held, speed=_swapped(measured.speed, substitute))
         before, after = (_swapped(poses, substitute) for poses in (before, after))
         task = _exchanged(_standing(task, label, substitute), substitute)
     if plane is not None:
@@ -78,9 +78,14 @@ def judge_motion(
     return Verdict(all(item.success for item in verdicts), "; ".join(item.reason for item in verdicts))
 
 
+def _names(substitute: Mapping[str, str]) -> dict[str, str]:
+    """Name of every substitute to that of what it stands for, and the other way round."""
+    return {now: taught for taught, now in substitute.items()} | dict(substitute)
+
+
 def _swapped(told: Mapping[str, Told], substitute: Mapping[str, str]) -> dict[str, Told]:
     """What is told of every substitute under the name of what it stands for, and the other way round."""
-    names = {now: taught for taught, now in substitute.items()} | dict(substitute)
+    names = _names(substitute)
     present = (*told, *(name for name in substitute if name not in told))
     return {name: told[names.get(name, name)] for name in present if names.get(name, name) in told}
 

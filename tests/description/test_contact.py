@@ -97,6 +97,8 @@ def test_a_substitute_is_judged_in_place_of_what_was_taught() -> None:
     measured = Measured(held="can")
     assert not judge_motion(TASK, "reach", objects, objects, start, end, measured).success
     assert judge_motion(TASK, "reach", objects, objects, start, end, measured, {"bottle": "can"}).success
+    taught = replace(measured, held="bottle")
+    assert not judge_motion(TASK, "reach", objects, objects, start, end, taught, {"bottle": "can"}).success
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0], ids=["as taught", "mirrored"])
@@ -135,3 +137,14 @@ def test_what_is_poured_into_a_substitute_is_judged_by_the_substitutes_own_walls
         measured = Measured(held="bottle", liquid=np.tile(ball, (20, 1)))
         verdict = judge_motion(TASK, "pour_into", before, before, at, at, measured, {"cup": "can"})
         assert f"{share} balls in the cup" in verdict.reason
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_a_substitute_in_a_container_has_to_be_at_rest_itself(speed: float) -> None:
+    task = load_task("ball_bin")
+    objects = {"ball": Pose(np.array([0.5, -0.2, 0.08])), "bin": Pose(np.array([0.5, 0.2, 0.11]))}
+    after = objects | {"plum": objects["bin"]}
+    at = Pose(np.array([0.5, 0.2, 0.3]))
+    measured = Measured(speed={"ball": 0.0, "plum": speed})
+    verdict = judge_motion(task, "ball_to_bin", objects | {"plum": at}, after, at, at, measured, {"ball": "plum"})
+    assert verdict.success is (speed == 0.0), verdict.reason
