@@ -76,6 +76,7 @@ class StateGuard:
 
     def update(self, q: Array, v: Array) -> tuple[Array, Array]:
         """The state to believe, (n,), (n,), rad, rad/s, after a reading."""
+        q, v = q.copy(), v.copy()  # a driver may write its next reading into the same arrays
         if self._believed is None:
             return self._begin(q, v)
         believed, speed = self._believed

@@ -36,6 +36,17 @@ def test_a_motion_is_believed_as_it_is_read() -> None:
     assert guard.reason == ""
 
 
+def test_readings_that_come_in_the_same_arrays_every_time_are_told_apart() -> None:
+    guard, q, v = StateGuard(LIMITS, PERIOD), np.zeros(7), np.zeros(7)
+    for time in TIMES:
+        q[:], v[:] = swing(time)
+        guard.update(q, v)
+        assert guard.doubt == 0.0, guard.reason
+    q += 0.2
+    guard.update(q, v)
+    assert "jumped by 0.199 rad" in guard.reason
+
+
 def test_ordinary_noise_and_a_hit_are_no_faults() -> None:
     rng = np.random.default_rng(0)
 
