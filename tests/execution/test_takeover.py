@@ -17,7 +17,7 @@ from pft_exec.simulation import World
 def test_a_transition_leaves_the_feedback_room_below_the_velocity_limits(
     shared_world: World, library: MotionLibrary, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Planned up to the limits themselves, an arm with an unknown payload was driven past them."""
+    """Planned up to the limits themselves, an arm with an unknown payload is driven past them."""
     allowed = []
 
     def plan(state, target, limits, **settings):
