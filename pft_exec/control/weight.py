@@ -81,7 +81,7 @@ class WeightEstimate:
         missing : (n,), N m
             Bias, less counterbalance, plus friction, less the torque that was commanded.
         """
-        self._before = (time, v, dynamics, missing)
+        self._before = (time, v.copy(), dynamics, missing)
 
     def forget(self) -> None:
         """The period that follows cannot be judged: somebody else moves the arm."""

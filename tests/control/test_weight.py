@@ -103,6 +103,15 @@ def test_the_torque_of_a_mass_is_that_of_a_payload(arm, start):
     np.testing.assert_allclose(weight_torque(0.4, arm.jacobian(start)), expected, atol=1e-9)
 
 
+def test_velocities_that_come_in_the_same_array_every_time_are_told_apart(arm, start):
+    falling = np.linalg.pinv(arm.jacobian(start)) @ np.array([0.0, 0.0, -1e-3, 0.0, 0.0, 0.0])
+    estimate, fresh, v = WeightEstimate(arm), WeightEstimate(arm), np.zeros(7)
+    estimate.remember(0.0, v, arm.dynamics(start, v), np.zeros(7))
+    fresh.remember(0.0, v.copy(), arm.dynamics(start, v), np.zeros(7))
+    v += falling
+    assert estimate.update(PERIOD, v) == fresh.update(PERIOD, v) > 0.0
+
+
 def test_a_pause_is_not_judged(arm, start):
     estimate = WeightEstimate(arm)
     estimate.remember(0.0, np.zeros(7), arm.dynamics(start, np.zeros(7)), np.ones(7))
