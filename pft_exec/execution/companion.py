@@ -26,7 +26,7 @@ RETRY = 0.1
 """s after which a take-over that could not be planned is tried again."""
 
 STRAYS, LATE_PHASE = 0.02, 0.9
-"""m, and in [0, 1]: a transition that would lead the tool so much farther from the tube than it is now waits for a
+"""m, and in [0, 1]: a transition that would lead the tool so much farther from the tube than it was waits for a
 better moment, as long as the hand still leads and the motion is not this far on."""
 SOON = 0.05
 """s after which a better moment is looked for."""
@@ -82,12 +82,14 @@ class Companion:
         self._signals = handles_objects(loop.world.task) and loop.world.has_gripper(loop.name)
         self._declined = self._is_new = False
         self._not_before, self._anew_at = 0.0, np.inf
+        self._near: dict[str, float] = {}  # m, by label: the least distance from the tube since its take-over was due
 
     def begin_anew(self) -> None:
         """Another motion begins, where the tool is once the person has it: tubes from there, nothing known of it."""
         self._anew_at = self.loop.time + GRASPING
         self._policy.reset()
         self._belief, self._is_new, self._declined, self._not_before = None, True, False, 0.0
+        self._near.clear()
         self.reason = "nothing was recognized"
 
     def attend(self) -> Takeover | None:
@@ -168,11 +170,21 @@ class Companion:
             self.reason, self._not_before = takeover.reason, self.loop.time + RETRY
             self._decline(takeover.reason)
             return None
-        if phase < LATE_PHASE and takeover.straying(self.loop.arm) > STRAYS:
+        if phase < LATE_PHASE and self._strays(takeover):
             self.reason, self._not_before = f"the way onto {decision.label!r} would stray", self.loop.time + SOON
             return None
         self.loop.log.event(self.loop.time, "take_over", decision.reason)
         return takeover
+
+    def _strays(self, takeover: Takeover) -> bool:
+        """Whether the tool would be led away from the tube, or has fallen behind it since this was first asked.
+
+        A hand that pauses is passed by the phase that is thought of it: the distance now is no measure then.
+        """
+        distance = takeover.distances(self.loop.arm)
+        near = min(self._near.get(takeover.label, np.inf), float(distance[0]))
+        self._near[takeover.label] = near
+        return float(distance.max()) - near > STRAYS
 
     def _decline(self, reason: str) -> None:
         """Log why the robot does not take over, the first time."""

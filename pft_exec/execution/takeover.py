@@ -68,15 +68,15 @@ class Takeover:
         """Until the tube's end is reached, s."""
         return max(self.trajectory.duration, self.transition.duration)
 
-    def straying(self, arm: Arm) -> float:
-        """How much farther than it is now from where the tube has it, m, the transition leads the tool meanwhile."""
+    def distances(self, arm: Arm) -> Array:
+        """How far the tool will be, m, from where the tube has it, at instants (`_LOOKS`,) from now to the join."""
         away = [
             arm.forward(self.transition.at(time)[0]).position
             - arm.forward(self.trajectory.at(time).configuration).position
             for time in np.linspace(0.0, self.transition.duration, _LOOKS)
         ]
-        distance = np.linalg.norm(away, axis=1)
-        return float(distance.max() - distance[0])
+        distance: Array = np.linalg.norm(away, axis=1)
+        return distance
 
     def jumps(self) -> dict[str, float]:
         """Largest jumps of the commanded joints at both seams: position (rad), velocity, acceleration.

@@ -15,6 +15,7 @@ from pft_exec.execution.candidates import Candidate
 from pft_exec.execution.companion import SOON
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.takeover import Takeover, plan_takeover
+from pft_exec.geometry import Array
 from pft_exec.handoff import PolicySettings
 from pft_exec.handoff.moving_frame import JointState
 from pft_exec.learning import MotionLibrary, learn_library
@@ -115,11 +116,11 @@ def test_a_way_that_would_stray_from_the_tube_waits_for_a_better_moment(
 ) -> None:
     looks: list[float] = []
 
-    def stray_at_first(takeover: Takeover, arm: Arm) -> float:
+    def away_at_first(takeover: Takeover, arm: Arm) -> Array:
         looks.append(shared_world.time)
-        return 0.1 if len(looks) < 3 else 0.0
+        return np.array([[0.03, 0.1], [0.06, 0.06], [0.03, 0.04]][min(len(looks), 3) - 1])
 
-    monkeypatch.setattr(Takeover, "straying", stray_at_first)
+    monkeypatch.setattr(Takeover, "distances", away_at_first)
     prepare(shared_world, "reach", seed=3)
     later = assist(shared_world, library, "reach", seed=3)
     assert later.success, later.reason
@@ -131,9 +132,11 @@ def test_a_transition_onto_a_tube_near_by_does_not_stray(shared_world: World, li
     loop = ControlLoop(shared_world)
     candidate = Candidate(loop, library["reach"].flow_tube(shared_world.scene, shared_world.tool()), 0.1)
     planned = plan_takeover(loop, candidate, 0.0, starting=0.3)
-    assert planned.straying(loop.arm) < 0.005
+    near = planned.distances(loop.arm)
+    assert near.max() - near[0] < 0.005
     gone_round = replace(planned, transition=replace(planned.transition, duration=1.0, _path=_aside(planned)))
-    assert gone_round.straying(loop.arm) > 0.03
+    far = gone_round.distances(loop.arm)
+    assert far.max() - far[0] > 0.03
 
 
 def _aside(planned: Takeover) -> Callable[[float], JointState]:
