@@ -34,6 +34,8 @@ DECISIVE = 0.8  # posterior below which a decision counts as ambiguous
 TURN_EXTENT = 1.0  # rad, the extent that orientations are measured by
 TURN_SCATTER = 0.08  # rad, `SCATTER` of orientations: a hand that may hold the tool anyhow still holds it naturally
 
+FLAT = 0.1  # of the widest axis: an axis narrower than it is one along which an end does not scatter
+
 _GRID = np.linspace(np.log(2e-4), np.log(2.0), 120)
 
 
@@ -108,6 +110,20 @@ def _hypotheses(
     return np.vstack([tied, np.full(len(_GRID), free)])
 
 
+def _dimension(end: Sequence[Candidate], extent: float) -> int:
+    """Number of axes along which an end scatters at all, in the frame where it is largest; at least one.
+
+    An axis that no frame lets vary, as the height over a table, tells no frame from another: counted, it would pass for
+    a precision that every frame shares.
+    """
+    scatter = np.linalg.svd(np.stack([c.residual for c in end]), compute_uv=False)
+    seen = np.sum(scatter > np.maximum(FLAT * scatter[:, :1], 1e-9 * extent), axis=1).max()
+    dimension = max(int(min(seen, 3)), 1)
+    if len(end[0].residual) - 1 < 3:
+        dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for c in end], axis=0))))
+    return dimension
+
+
 def weigh_frames(
     ends: Sequence[Sequence[Candidate]],
     extent: float,
@@ -125,15 +141,12 @@ def weigh_frames(
         Median standard deviation per axis of an end that nothing determines, in extents.
     near : for each end, the frames that hold the place there, where this is about orientation
     """
-    seen = np.linalg.matrix_rank(np.stack([c.residual for end in ends for c in end]), tol=1e-9 * extent).max()
-    dimension = max(int(min(seen, 3)), 1)
-    if len(ends[0][0].residual) - 1 < 3:
-        dimension = max(dimension, int(np.sum(np.any([np.ptp(c.residual, 0) > 0 for e in ends for c in e], axis=0))))
-    before = [0.0] + [end[0].spread / np.sqrt(dimension) / extent for end in ends[:-1]]
+    dimensions = [_dimension(end, extent) for end in ends]
+    before = [0.0] + [e[0].spread / np.sqrt(d) / extent for e, d in zip(ends[:-1], dimensions, strict=False)]
     priors = [_prior([c.name for c in end], held) for end, held in zip(ends, near, strict=True)]
     hypotheses = [
         _hypotheses(end, prior, extent, dimension, other, scatter)
-        for end, prior, other in zip(ends, priors, before, strict=True)
+        for end, prior, dimension, other in zip(ends, priors, dimensions, before, strict=True)
     ]
     found = []
     for index, end in enumerate(ends):
