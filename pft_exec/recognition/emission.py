@@ -37,11 +37,21 @@ class Prior:
         Covariance per axis of position and direction.
     kept : (3, 3) bool
         Rows position, direction, orientation.
+    floor : (3,)
+        The part of every variance that stands for what no demonstration can show: the library's floor.
     """
 
     variance: list[Array]
     cross: list[Array]
     kept: Mask
+    floor: Array
+
+    def floor_share(self, evidence: TubeEvidence, tube: int, strength: float) -> float:
+        """How much of a tube's predictive variances the floor makes up, the mean over phase and the axes that count."""
+        scatter = np.einsum("bnii->bin", evidence.scatter)
+        held = strength * self.variance[tube][:, None] + scatter
+        variance = held / (strength + evidence.count - 1) * (1.0 + 1.0 / max(evidence.count, 1))
+        return float((self.floor[:, None, None] / variance)[self.kept].mean())
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +105,7 @@ def pooled_prior(evidence: Sequence[TubeEvidence], kept: Mask, extent: float, se
         for values, profile in zip(variance, profiles, strict=True):
             share = np.sqrt(float(profile.mean()) / level) if level > 0.0 else 0.0
             values[rows] += share * from_grid(pooled, len(profile))
-    return Prior(variance, _expected_cross(evidence, variance), kept)
+    return Prior(variance, _expected_cross(evidence, variance), kept, floors)
 
 
 def _expected_cross(evidence: Sequence[TubeEvidence], variance: Sequence[Array]) -> list[Array]:

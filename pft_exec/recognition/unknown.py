@@ -86,7 +86,11 @@ def _square(white: Array, residual: Array) -> Array:
 
 
 def learn_strangeness(evidence: Sequence[TubeEvidence], prior: Prior, settings: PhaseSettings) -> Strangeness:
-    """What is usual for each motion, from its demonstrations left out in turn."""
+    """What is usual for each motion: its demonstrations left out in turn, and what the floor expects besides.
+
+    Demonstrations that agree better than the floor, such as those of a machine, say nothing of how far a person will
+    be: the floor does, and as half a squared distance an axis for the share of the variance that it makes up.
+    """
     own = [left_out_distances(e, prior, m, settings.prior_strength) for m, e in enumerate(evidence)]
     logs = [np.log(np.maximum(values, 1e-6)) for values in own]
     known = np.concatenate(logs) if any(len(v) for v in logs) else np.zeros(1)
@@ -94,4 +98,5 @@ def learn_strangeness(evidence: Sequence[TubeEvidence], prior: Prior, settings: 
     reference = np.array([(values.sum() + _POOLED * pooled) / (len(values) + _POOLED) for values in logs])
     spread = np.concatenate([values - center for values, center in zip(logs, reference, strict=True)] + [np.zeros(1)])
     deviation = max(float(np.sqrt(np.mean(spread**2))), _LEAST_DEVIATION)
-    return Strangeness(np.exp(reference), _USUAL + _MARGIN * deviation, _STEEPNESS * deviation)
+    shares = [prior.floor_share(e, m, settings.prior_strength) if own[m].size else 0.0 for m, e in enumerate(evidence)]
+    return Strangeness(np.exp(reference) + 0.5 * np.array(shares), _USUAL + _MARGIN * deviation, _STEEPNESS * deviation)

@@ -6,7 +6,7 @@ from pft_exec.recognition.phase_filter import PhaseFilter
 from pft_exec.recognition.scores import Sample
 from pft_exec.recognition.settings import PhaseSettings
 from tests.recognition.reference_filter import ReferenceFilter
-from tests.recognition.tubes import line, star, stream
+from tests.recognition.tubes import directions, line, star, stream
 
 
 @pytest.mark.parametrize("turn", [None, [0.0, 0.4, 0.2]])
@@ -125,6 +125,18 @@ def test_a_strange_motion_is_called_unknown():
     strange = line("strange", [0.5, 0.5, 0.6], seed=9)
     assert stream(OnlineRecognizer(tubes), strange)[-1].unknown > 0.8
     assert stream(OnlineRecognizer(tubes), tubes[3])[-1].unknown < 0.3
+
+
+@pytest.mark.parametrize("deviation", [0.0, 1e-6, 1e-4])
+def test_a_motion_that_a_machine_demonstrated_is_not_unknown(deviation):
+    """Demonstrations that agree better than the floor do not make a stream as good as theirs a strange one."""
+    tubes = [line(str(k), d, aligned=5, seed=k, deviation=max(deviation, 1e-9)) for k, d in enumerate(directions(3))]
+    recognizer = OnlineRecognizer(tubes)
+    rng = np.random.default_rng(1)
+    for time, position in zip(tubes[0].time, tubes[0].position, strict=True):
+        belief = recognizer.update(1.1 * time, position + rng.normal(scale=1e-4, size=3))
+    assert belief.label == "0"
+    assert belief.unknown < 0.3
 
 
 def test_orientation_alone_tells_motions_apart():
