@@ -18,6 +18,7 @@ from pft_exec.geometry import Array, normalize_quaternion, quaternion_from_matri
 
 _POSITION = ("x", "y", "z")
 _QUATERNION = ("qx", "qy", "qz", "qw")
+_NUMBERS = "biuf"  # kinds of arrays that hold real numbers
 
 
 def convert_recordings(path: str | Path, scale: float = 1.0) -> list[Demonstration]:
@@ -31,7 +32,7 @@ def convert_recordings(path: str | Path, scale: float = 1.0) -> list[Demonstrati
         rotation and origin of a frame, which becomes the object "frame<j>".
         ``.csv``: a header with ``time``, ``x``, ``y`` and optionally ``z``, ``qx qy qz qw``, ``label``, and
         ``demonstration`` (rows with the same value make one; without it, the file is one). Further columns
-        become continuous signals.
+        become continuous signals; an empty cell counts as not finite.
     scale : float
         What one unit of the file's positions is in m.
 
@@ -67,6 +68,8 @@ def _from_npz(path: Path, scale: float) -> list[Demonstration]:
         raise StorageError(f"{path} is truncated or no NumPy archive of plain arrays ({error}).") from error
     if "label" not in arrays:
         raise StorageError(f"{path} holds no recordings: the array 'label' is missing; it has {sorted(arrays)[:5]}.")
+    if arrays["label"].size == 0:
+        raise StorageError(f"{path} holds no recordings: the array 'label' is empty.")
     return [_npz_demonstration(path, arrays, index, scale) for index in range(arrays["label"].size)]
 
 
@@ -75,22 +78,30 @@ def _npz_demonstration(path: Path, arrays: Mapping[str, Any], index: int, scale:
         key = f"{kind}_{index:04d}"
         if key not in arrays:
             raise StorageError(f"{path}: recording {index} lacks the array {key!r}.")
+
+        if arrays[key].dtype.kind not in _NUMBERS:
+            raise StorageError(f"{path}: the array {key!r} must hold real numbers; it holds {arrays[key].dtype}.")
         return arrays[key]
 
     time = np.asarray(named("t"), dtype=float)
     quaternion = named("quat") if f"quat_{index:04d}" in arrays else None
-    frames = sorted(key.split("_")[0] for key in arrays if key.startswith("frame") and key.endswith(f"_b_{index:04d}"))
+    parts = (f"_A_{index:04d}", f"_b_{index:04d}")
+    frames = sorted({key.split("_")[0] for key in arrays if key.startswith("frame") and key.endswith(parts)})
     return _demonstration(
         f"recording {index} of {path.name}",
         time,
         scale * _spatial(named("pos")),
         quaternion,
-        label=str(arrays["label"].ravel()[index]),
+        label=_text(arrays["label"].ravel()[index]),
         objects={
             frame: np.concatenate([scale * _spatial(named(f"{frame}_b")), _frame_quaternion(named(f"{frame}_A"))])
             for frame in frames
         },
     )
+
+
+def _text(label: Any) -> str:
+    return label.decode("utf-8", "replace") if isinstance(label, bytes) else str(label)
 
 
 def _demonstration(
@@ -151,6 +162,8 @@ def _unit(quaternion: ArrayLike) -> Array:
 
 def _frame_quaternion(matrix: NDArray[Any]) -> Array:
     """Quaternion (x, y, z, w) of a rotation (2, 2) about z, or (3, 3)."""
+    if matrix.shape not in ((2, 2), (3, 3)) or not np.linalg.det(matrix) > 0.0:
+        raise InvalidDemonstrationError(f"a frame's rotation is a matrix (2, 2) or (3, 3); got {matrix.tolist()}.")
     full = np.eye(3)
     full[: len(matrix), : len(matrix)] = matrix
     return quaternion_from_matrix(full)
@@ -158,9 +171,10 @@ def _frame_quaternion(matrix: NDArray[Any]) -> Array:
 
 def _from_csv(path: Path, scale: float) -> list[Demonstration]:
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            reader = csv.DictReader(file)
-            names, rows = list(reader.fieldnames or ()), list(reader)
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.DictReader(file, skipinitialspace=True)
+            names = reader.fieldnames = [name.strip() for name in reader.fieldnames or ()]
+            rows = list(reader)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise StorageError(f"{path} is no text table ({error}).") from error
     missing = [name for name in ("time", "x", "y") if name not in names]
@@ -168,6 +182,14 @@ def _from_csv(path: Path, scale: float) -> list[Demonstration]:
         raise StorageError(
             f"{path} holds no recordings: columns time, x, y are needed; missing {missing}, {len(rows)} rows."
         )
+    twice = sorted({name for name in names if name and names.count(name) > 1})
+    if twice:
+        raise StorageError(f"{path}: each column needs a name of its own; twice there: {', '.join(map(repr, twice))}.")
+    for number, row in enumerate(rows):
+        if None in row or None in row.values():
+            raise StorageError(
+                f"{path}: row {number + 1} must have {len(names)} values, as the header has; it has not."
+            )
     groups: dict[str, list[dict[str, str]]] = {}
     for row in rows:
         groups.setdefault(row.get("demonstration") or "0", []).append(row)
@@ -177,9 +199,10 @@ def _from_csv(path: Path, scale: float) -> list[Demonstration]:
 def _csv_demonstration(path: Path, names: list[str], rows: list[dict[str, str]], scale: float) -> Demonstration:
     def columns(wanted: tuple[str, ...]) -> Array:
         try:
-            return np.array([[float(row[name]) for name in wanted] for row in rows])
-        except (TypeError, ValueError) as error:
-            raise StorageError(f"{path}: columns {wanted} must hold numbers ({error}).") from error
+            return np.array([[float(row[name].strip() or "nan") for name in wanted] for row in rows])
+        except ValueError as error:
+            listed = ", ".join(wanted)
+            raise StorageError(f"{path}: column {listed} must hold numbers ({error}).") from error
 
     known = {"time", "label", "demonstration", *_POSITION, *_QUATERNION}
     return _demonstration(

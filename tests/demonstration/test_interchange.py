@@ -118,6 +118,68 @@ def test_refuses_tables_without_positions_or_with_text_for_numbers(tmp_path: Pat
         convert_recordings(tmp_path / "r.csv")
 
 
+def _archive(path: Path, **more: object) -> Path:
+    arrays = {"label": np.array(["a"]), "pos_0000": np.zeros((3, 2)), "t_0000": np.arange(3.0)} | more
+    np.savez(path / "r.npz", **arrays)
+    return path / "r.npz"
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"label": np.array([])}, "'label' is empty"),
+        ({"pos_0000": np.full((3, 2), "x")}, "'pos_0000' must hold real numbers"),
+        ({"pos_0000": np.full((3, 2), 1j)}, "'pos_0000' must hold real numbers"),
+        ({"frame1_A_0000": np.eye(2)}, "lacks the array 'frame1_b_0000'"),
+        ({"frame1_b_0000": np.zeros(2)}, "lacks the array 'frame1_A_0000'"),
+    ],
+)
+def test_refuses_archives_whose_arrays_are_no_recordings(
+    arrays: dict[str, object], message: str, tmp_path: Path
+) -> None:
+    with pytest.raises(StorageError, match=message):
+        convert_recordings(_archive(tmp_path, **arrays))
+
+
+@pytest.mark.parametrize("matrix", [np.zeros((2, 2)), np.eye(4), np.diag([1.0, -1.0])])
+def test_refuses_frames_that_are_no_rotation(matrix: np.ndarray, tmp_path: Path) -> None:
+    with pytest.raises(InvalidDemonstrationError, match="rotation"):
+        convert_recordings(_archive(tmp_path, frame1_A_0000=matrix, frame1_b_0000=np.zeros(2)))
+
+
+def test_labels_of_bytes_are_read_as_text(tmp_path: Path) -> None:
+    (demonstration,) = convert_recordings(_archive(tmp_path, label=np.array([b"reach"])))
+    assert demonstration.label == "reach"
+
+
+def test_a_table_of_a_spreadsheet_is_read(tmp_path: Path) -> None:
+    """With the mark that spreadsheets begin their files with, blanks behind commas, and trailing commas."""
+    (tmp_path / "r.csv").write_text("time, x, y,,\n0, 1, 2,,\n1, 2, 3,,\n", encoding="utf-8-sig")
+    (demonstration,) = convert_recordings(tmp_path / "r.csv")
+    np.testing.assert_array_equal(demonstration.position, [[1.0, 2.0, 0.0], [2.0, 3.0, 0.0]])
+
+
+def test_an_empty_cell_is_a_lost_sample(tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text("time,x,y\n0,1,2\n1,,3\n2,3,4\n")
+    with pytest.warns(RuntimeWarning, match="1 of 3 samples are left out"):
+        (demonstration,) = convert_recordings(tmp_path / "r.csv")
+    np.testing.assert_array_equal(demonstration.time, [0.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ("time,x,y\n0,1,2\n1,2\n", "row 2 must have 3 values"),
+        ("time,x,y\n0,1,2,3\n1,2,3\n", "row 1 must have 3 values"),
+        ("time,x,y,x\n0,1,2,3\n1,2,3,4\n", "twice there: 'x'"),
+    ],
+)
+def test_refuses_tables_whose_columns_are_in_doubt(table: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / "r.csv").write_text(table)
+    with pytest.raises(StorageError, match=message):
+        convert_recordings(tmp_path / "r.csv")
+
+
 @pytest.mark.data
 @pytest.mark.parametrize(
     ("name", "count", "motions", "oriented"),
