@@ -328,6 +328,16 @@ def test_a_broken_description_fails_its_check_with_what_to_mend(
     assert "titel" in row["detail"]
 
 
+@pytest.mark.parametrize(("kind", "name", "nearest"), [("robot", "pr3", "pr2"), ("task", "tabeltop", "tabletop")])
+def test_checking_what_does_not_exist_is_a_mistake_of_the_users(
+    kind: str, name: str, nearest: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(["check", kind, name]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert f"Did you mean '{nearest}'?" in printed.err
+
+
 def test_a_file_to_write_without_the_suffix_of_hdf5_is_refused_at_once(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

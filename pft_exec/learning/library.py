@@ -14,7 +14,7 @@ import numpy as np
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.demonstration.hdf5 import read_file, write_file
 from pft_exec.demonstration.storage import contents_from_demonstration, demonstration_from_contents
-from pft_exec.exceptions import LearningError, MissingObjectError, UnknownMotionError
+from pft_exec.exceptions import LearningError, MissingObjectError, PFTError, StorageError, UnknownMotionError
 from pft_exec.geometry import Pose
 from pft_exec.learning.decisions import motion_extent
 from pft_exec.learning.flow_tube import FlowTube
@@ -93,14 +93,23 @@ class MotionLibrary:
 
     @classmethod
     def load(cls, path: str | Path) -> MotionLibrary:
-        """Read a library that `save` wrote; learning is deterministic, so it equals what was saved."""
-        motions = {}
-        for stored in read_file(path, FORMAT, VERSION)["motions"]:
-            demonstrations = [demonstration_from_contents(d) for d in stored["demonstrations"]]
-            motions[stored["label"]] = learn_motion(
-                demonstrations, stored["method"], stored["relevant"], **stored["options"]
-            )
-        return cls(motions)
+        """Read a library that `save` wrote; learning is deterministic, so it equals what was saved.
+
+        Raises
+        ------
+        StorageError
+            If the file is missing, truncated, foreign or newer, or what it holds makes no library.
+        """
+        contents = read_file(path, FORMAT, VERSION)
+        try:
+            return cls({stored["label"]: _learned_anew(stored) for stored in contents["motions"]})
+        except (KeyError, TypeError, AttributeError, PFTError) as error:
+            raise StorageError(f"{path} is damaged: its contents make no motion library ({error}).") from error
+
+
+def _learned_anew(stored: Mapping[str, Any]) -> Motion:
+    demonstrations = [demonstration_from_contents(item) for item in stored["demonstrations"]]
+    return learn_motion(demonstrations, stored["method"], stored["relevant"], **stored["options"])
 
 
 def learn_library(demonstrations: Iterable[Demonstration], method: str = "robust", **options: Any) -> MotionLibrary:

@@ -10,7 +10,7 @@ import numpy as np
 
 from pft_exec.demonstration import Scene
 from pft_exec.description import TaskDescription, draw_settings, load_robot_description, load_task, random_stream
-from pft_exec.exceptions import PFTError, SimulationError, UnknownNameError
+from pft_exec.exceptions import PFTError, SimulationError, UnknownNameError, UnknownRobotError, UnknownTaskError
 from pft_exec.geometry import Array, Pose, geodesic_distance
 from pft_exec.model import Arm, RobotModel, load_robot
 from pft_exec.report.tables import Row
@@ -44,7 +44,7 @@ def check_description(kind: str, name: str) -> list[Row]:
     Raises
     ------
     UnknownNameError
-        If there is no such kind.
+        If there is no such kind, or no robot or task of that name.
     """
     checkers: dict[str, Callable[[str], list[Row]]] = {"robot": _check_robot, "task": _check_task}
     if kind not in checkers:
@@ -56,6 +56,8 @@ def _tried(rows: list[Row], check: str, step: Callable[[], tuple[Any, str]]) -> 
     """Run a step, add its row, and return what it made; None where it failed."""
     try:
         made, detail = step()
+    except (UnknownRobotError, UnknownTaskError):
+        raise
     except PFTError as error:
         rows.append({"check": check, "ok": False, "detail": str(error)})
         return None

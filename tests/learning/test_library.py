@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -50,6 +51,24 @@ def test_a_foreign_file_is_refused(tmp_path: Path) -> None:
     (tmp_path / "library.h5").write_text("no library")
     with pytest.raises(StorageError):
         MotionLibrary.load(tmp_path / "library.h5")
+
+
+@pytest.mark.parametrize("part", ["motions", "motions/0/method", "motions/0/demonstrations/1/label"])
+def test_a_file_that_lacks_a_part_is_called_damaged(part: str, tmp_path: Path) -> None:
+    path = learn_library(all_lessons()).save(tmp_path / "library.h5")
+    with h5py.File(path, "r+") as file:
+        del file[part]
+    with pytest.raises(StorageError, match="damaged"):
+        MotionLibrary.load(path)
+
+
+def test_a_file_of_an_unknown_method_is_called_damaged(tmp_path: Path) -> None:
+    path = learn_library(all_lessons()).save(tmp_path / "library.h5")
+    with h5py.File(path, "r+") as file:
+        del file["motions/0/method"]
+        file["motions/0"].create_dataset("method", data="next year's")
+    with pytest.raises(StorageError, match="no learning method"):
+        MotionLibrary.load(path)
 
 
 def test_a_motion_whose_object_is_missing_is_left_out_with_a_warning() -> None:
