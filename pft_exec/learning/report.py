@@ -11,6 +11,8 @@ from pft_exec.geometry import Array
 from pft_exec.learning.frames import partly_recorded
 from pft_exec.learning.variables import ABSOLUTE, CHANNELS, ENDS, NONE, START, FrameDecision, MotionVariables
 
+_HERE = 0.005  # m: what is nearer is said to be at the object, for its distance would be printed as 0.00 m
+
 
 def _length(value: float) -> str:
     return f"{1000.0 * value:.0f} mm" if value < 0.995 else f"{value:.2f} m"
@@ -40,6 +42,8 @@ def _relation(decision: FrameDecision, channel: str, end: str) -> str:
         return f"{verb} at the place ({place}) m"
     name = "its start" if decision.frame == START else decision.frame
     suffix = " (in its own axes)" if decision.axes == "object" else ""
+    if distance < _HERE:
+        return f"{verb} at {name}"
     return f"{verb} {distance:.2f} m {_where(decision.offset)} {name}{suffix}"
 
 

@@ -239,3 +239,11 @@ def test_an_object_that_stands_by_chance_as_the_start_does_seldom_holds_it_thoug
 
 def _candidate(name: str, places: Array) -> Candidate:
     return Candidate(name, "world", places.mean(axis=0), places - places.mean(axis=0))
+
+
+def test_an_end_on_an_object_is_said_to_be_there_and_not_at_no_distance() -> None:
+    lessons = [
+        replace(d, objects=d.objects | {"bottle": np.concatenate([d.end.position, [0.0, 0.0, 0.0, 1.0]])})
+        for d in lesson("reach")
+    ]
+    assert "`reach` ends at bottle (spread" in learn_motion(lessons).describe()
