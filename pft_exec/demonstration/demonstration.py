@@ -13,9 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from pft_exec.demonstration.scene import Scene
 from pft_exec.exceptions import InvalidDemonstrationError
-from pft_exec.geometry import Array, Pose, mirror_poses, mirror_positions, mirror_quaternions, sign_continuous
-
-UNIT_TOLERANCE = 1e-3  # how far from 1 the length of a recorded quaternion may be before it counts as an error
+from pft_exec.geometry import (
+    UNIT_TOLERANCE,
+    Array,
+    Pose,
+    is_nearly_unit,
+    mend_quaternions,
+    mirror_poses,
+    mirror_positions,
+    mirror_quaternions,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +44,7 @@ class Demonstration:
     discrete : {name: (N,) int}
         Discrete signals, such as gripper closed (1) or open (0).
     objects : {name: (N, 7) or (7,)}
-        Position, m, and quaternion (x, y, z, w) of each object, world frame; (7,) where it stood still.
+        Position, m, and quaternion (x, y, z, w) of each object, world frame; (7,) or a `Pose` where it stood still.
     configuration : (N, n), rad or m, or None
         Joint state; recorded, never a motion variable.
     keyframes : sequence of float, s
@@ -200,22 +207,25 @@ class _Checker:
 
     def quaternions(self, name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
         quaternions = self.array(name, values, shape)
-        norms = np.linalg.norm(quaternions, axis=-1)
-        wrong = np.abs(norms - 1.0) > UNIT_TOLERANCE
-        if wrong.any():
-            first = int(np.argmax(wrong))
+        unit = is_nearly_unit(quaternions)
+        if not unit.all():
+            first = int(np.argmin(unit))
             raise self.fail(
                 f"{name} (x, y, z, w) must have length 1 within {UNIT_TOLERANCE}; sample {first} has "
-                f"{norms[first]:.4g}. Normalize it, and check that it is a quaternion."
+                f"{np.linalg.norm(quaternions[first]):.4g}. Normalize it, and check that it is a quaternion."
             )
-        # What is unit already stays bit for bit, so that a demonstration survives storage unchanged.
-        off = np.abs(norms - 1.0) > 4.0 * np.finfo(float).eps
-        return sign_continuous(np.where(off[:, None], quaternions / norms[:, None], quaternions))
+        return mend_quaternions(quaternions)
 
-    def signals(self, name: str, signals: Mapping[str, ArrayLike], count: int) -> dict[str, Array]:
+    def by_name(self, name: str, values: Any) -> Mapping[str, Any]:
+        if not isinstance(values, Mapping):
+            raise self.fail(f"{name} must be a mapping of names to arrays; got {type(values).__name__}.")
+        return values
+
+    def signals(self, name: str, given: Any, count: int) -> dict[str, Array]:
+        signals = self.by_name(name, given)
         return {key: self.array(f"{name} {key!r}", values, (count,)) for key, values in signals.items()}
 
-    def discrete(self, signals: Mapping[str, ArrayLike], count: int) -> dict[str, NDArray[np.int64]]:
+    def discrete(self, signals: Any, count: int) -> dict[str, NDArray[np.int64]]:
         checked = {}
         for key, values in self.signals("discrete", signals, count).items():
             if (values != np.round(values)).any():
@@ -223,18 +233,19 @@ class _Checker:
             checked[key] = values.astype(np.int64)
         return checked
 
-    def objects(self, objects: Mapping[str, ArrayLike], count: int) -> dict[str, Array]:
+    def objects(self, objects: Any, count: int) -> dict[str, Array]:
         checked = {}
-        for name, values in objects.items():
-            still = np.ndim(values) == 1
-            poses = self.array(f"object {name!r}", values, (7,) if still else (count, 7))
+        for name, values in self.by_name("objects", objects).items():
+            given = values.array if isinstance(values, Pose) else values
+            still = np.ndim(given) == 1
+            poses = self.array(f"object {name!r}", given, (7,) if still else (count, 7))
             rows = np.atleast_2d(poses)
             rows[:, 3:] = self.quaternions(f"quaternion of object {name!r}", rows[:, 3:], (len(rows), 4))
             checked[name] = rows[0] if still else rows
         return checked
 
     def keyframes(self, keyframes: ArrayLike, time: Array) -> tuple[float, ...]:
-        instants = tuple(sorted(float(t) for t in np.atleast_1d(np.asarray(keyframes, dtype=float))))
+        instants = tuple(sorted(self.array("keyframes", np.atleast_1d(keyframes), (np.size(keyframes),)).tolist()))
         for instant in instants:
             if not time[0] < instant < time[-1]:
                 raise self.fail(

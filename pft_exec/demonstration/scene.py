@@ -22,12 +22,14 @@ class Scene:
     Raises
     ------
     InvalidSceneError
-        If a value is not a `Pose`.
+        If the objects are no mapping, or a value is not a `Pose`.
     """
 
     objects: Mapping[str, Pose] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.objects, Mapping):
+            raise InvalidSceneError(f"a scene is a mapping of names to poses; got {type(self.objects).__name__}.")
         for name, pose in self.objects.items():
             if not isinstance(pose, Pose):
                 raise InvalidSceneError(

@@ -8,11 +8,14 @@ from pft_exec.geometry.mirror import (
 )
 from pft_exec.geometry.pose import Pose, read_only
 from pft_exec.geometry.rotation import (
+    UNIT_TOLERANCE,
     Array,
     conjugate,
     geodesic_distance,
     interpolate_quaternion,
+    is_nearly_unit,
     mean_quaternion,
+    mend_quaternions,
     multiply,
     normalize_quaternion,
     quaternion_from_matrix,
@@ -28,10 +31,13 @@ from pft_exec.geometry.rotation import (
 __all__ = [
     "Array",
     "Pose",
+    "UNIT_TOLERANCE",
     "conjugate",
     "geodesic_distance",
     "interpolate_quaternion",
+    "is_nearly_unit",
     "mean_quaternion",
+    "mend_quaternions",
     "mirror_covariance",
     "mirror_poses",
     "mirror_positions",

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from pft_exec.exceptions import InvalidSceneError
 from pft_exec.geometry.mirror import mirror_poses
 from pft_exec.geometry.rotation import (
+    UNIT_TOLERANCE,
     Array,
     conjugate,
     multiply,
@@ -39,15 +40,20 @@ class Pose:
     Raises
     ------
     InvalidSceneError
-        If a shape is wrong, a number is not finite, or the quaternion is not unit.
+        If a shape is wrong, a number is none or not finite, or the quaternion is not unit.
     """
 
     position: Array
     quaternion: Array = field(default_factory=lambda: np.array([0.0, 0.0, 0.0, 1.0]))
 
     def __post_init__(self) -> None:
-        position = np.asarray(self.position, dtype=float)
-        quaternion = np.asarray(self.quaternion, dtype=float)
+        try:
+            position = np.asarray(self.position, dtype=float)
+            quaternion = np.asarray(self.quaternion, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise InvalidSceneError(
+                f"a pose is made of numbers; got {self.position!r}, {self.quaternion!r}."
+            ) from error
         if position.shape != (3,) or quaternion.shape != (4,):
             raise InvalidSceneError(
                 f"a pose has a position (3,) and a quaternion (4,) (x, y, z, w); got shapes "
@@ -56,7 +62,7 @@ class Pose:
         if not (np.isfinite(position).all() and np.isfinite(quaternion).all()):
             raise InvalidSceneError(f"a pose must be finite; got {position} m and {quaternion}.")
         norm = float(np.linalg.norm(quaternion))
-        if abs(norm - 1.0) > 1e-3:
+        if abs(norm - 1.0) > UNIT_TOLERANCE:
             raise InvalidSceneError(
                 f"the quaternion (x, y, z, w) of a pose must have length 1 within 1e-3; "
                 f"{quaternion} has {norm:.4g}. Normalize it first."

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+UNIT_TOLERANCE = 1e-3  # how far from 1 the length of a given quaternion may be before it counts as an error
 _SMALL_ANGLE = 1e-6  # rad; below it the Taylor series of sin(x / 2) / x is exact to double precision
 
 
@@ -18,6 +19,23 @@ def normalize_quaternion(quaternion: ArrayLike) -> Array:
     quaternion = np.asarray(quaternion, dtype=float)
     unit: Array = quaternion / np.linalg.norm(quaternion, axis=-1, keepdims=True)
     return unit
+
+
+def is_nearly_unit(quaternion: ArrayLike) -> NDArray[np.bool_]:
+    """(...): whether quaternions (..., 4) have length 1 within `UNIT_TOLERANCE`."""
+    near: NDArray[np.bool_] = np.abs(np.linalg.norm(quaternion, axis=-1) - 1.0) <= UNIT_TOLERANCE
+    return near
+
+
+def mend_quaternions(quaternion: ArrayLike) -> Array:
+    """Nearly unit quaternions (N, 4) (x, y, z, w) at unit length, their signs continuous.
+
+    What is unit already stays bit for bit, so that it survives storage unchanged.
+    """
+    quaternion = np.asarray(quaternion, dtype=float)
+    norms = np.linalg.norm(quaternion, axis=-1, keepdims=True)
+    off = np.abs(norms - 1.0) > 4.0 * np.finfo(float).eps
+    return sign_continuous(np.where(off, quaternion / norms, quaternion))
 
 
 def conjugate(quaternion: ArrayLike) -> Array:

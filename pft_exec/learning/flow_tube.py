@@ -16,15 +16,30 @@ from pft_exec.geometry import (
     Array,
     Pose,
     interpolate_quaternion,
+    is_nearly_unit,
+    mend_quaternions,
     mirror_covariance,
     mirror_positions,
     mirror_quaternions,
     multiply,
     read_only,
     rotate,
-    sign_continuous,
 )
 from pft_exec.learning.events import TubeEvent, find_events
+
+_ASYMMETRY = 1e-6  # of its largest entry: how far a covariance may be from symmetric before it counts as an error
+
+
+def _is_covariance(matrices: Array) -> bool:
+    """Whether all matrices (N, d, d) are symmetric and positive definite."""
+    difference = np.abs(matrices - matrices.swapaxes(1, 2)).max(axis=(1, 2))
+    if (difference > _ASYMMETRY * np.abs(matrices).max(axis=(1, 2))).any():
+        return False
+    try:
+        np.linalg.cholesky(matrices)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +96,10 @@ class FlowTube:
     time_deviation : (N,), s
         Standard deviation of `time`; zeros where None.
     continuous, continuous_deviation : {name: (N,)}
-        Mean and standard deviation of each continuous signal.
+        Mean and standard deviation of each continuous signal; a deviation that is not given is 0.
     discrete : {name: (N, V)}
-        Probability of each value of each discrete signal; the values are ``discrete_values[name]`` (V,).
+        Probability of each value of each discrete signal; the values are ``discrete_values[name]`` (V,), 0 to V - 1
+        where they are not given.
     count : int
         Number of demonstrations the tube came from; 0 where it was made from plain arrays.
     aligned : AlignedDemonstrations or None
@@ -92,7 +108,8 @@ class FlowTube:
     Raises
     ------
     InvalidFlowTubeError
-        If a shape is wrong, a number is not finite, time decreases, or a covariance is not positive definite.
+        If a shape is wrong, a number is not finite, time decreases, a quaternion is not unit within 1e-3, a deviation
+        or probability is negative, or a covariance is not symmetric and positive definite.
 
     Notes
     -----
@@ -122,19 +139,37 @@ class FlowTube:
             raise self._error("time must not decrease from step to step.")
         deviation = np.zeros(count) if self.time_deviation is None else self.time_deviation
         covariance = self._array("covariance", self.covariance, (count, size, size))
-        try:
-            np.linalg.cholesky(covariance)
-        except np.linalg.LinAlgError as error:
-            raise self._error("each covariance must be symmetric and positive definite.") from error
+        if not _is_covariance(covariance):
+            raise self._error("each covariance must be symmetric and positive definite.")
         object.__setattr__(self, "time", time)
         object.__setattr__(self, "position", self._array("position", self.position, (count, 3)))
         object.__setattr__(self, "covariance", covariance)
-        object.__setattr__(self, "time_deviation", self._array("time_deviation", deviation, (count,)))
+        object.__setattr__(self, "time_deviation", self._positive("time_deviation", deviation, (count,)))
         if self.quaternion is not None:
-            quaternion = sign_continuous(self._array("quaternion", self.quaternion, (count, 4)))
-            object.__setattr__(self, "quaternion", read_only(quaternion))
-        for name in ("continuous", "continuous_deviation", "discrete", "discrete_values"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            quaternion = self._array("quaternion", self.quaternion, (count, 4))
+            if not is_nearly_unit(quaternion).all():
+                raise self._error("each quaternion (x, y, z, w) must have length 1 within 1e-3.")
+            object.__setattr__(self, "quaternion", read_only(mend_quaternions(quaternion)))
+        for name, values in self._signals(count).items():
+            object.__setattr__(self, name, MappingProxyType(values))
+
+    def _signals(self, count: int) -> dict[str, dict[str, Any]]:
+        """The signals, checked and complete."""
+        continuous = {n: self._array(f"continuous {n!r}", v, (count,)) for n, v in self.continuous.items()}
+        given = {n: np.zeros(count) for n in continuous} | dict(self.continuous_deviation)
+        columns = {name: np.shape(v)[-1] if np.ndim(v) == 2 else 1 for name, v in self.discrete.items()}
+        values = {name: np.arange(size) for name, size in columns.items()} | dict(self.discrete_values)
+        for name, size in columns.items():
+            if np.shape(values[name]) != (size,):
+                raise self._error(f"discrete_values {name!r} must have shape ({size},), one a column of probabilities.")
+        return {
+            "continuous": continuous,
+            "continuous_deviation": {n: self._positive(f"deviation {n!r}", v, (count,)) for n, v in given.items()},
+            "discrete": {
+                n: self._positive(f"discrete {n!r}", v, (count, columns[n])) for n, v in self.discrete.items()
+            },
+            "discrete_values": {name: np.array(v, dtype=np.int64) for name, v in values.items()},
+        }
 
     def __reduce__(self) -> tuple[Any, ...]:
         mappings = ("continuous", "continuous_deviation", "discrete", "discrete_values")
@@ -144,8 +179,17 @@ class FlowTube:
     def _error(self, message: str) -> InvalidFlowTubeError:
         return InvalidFlowTubeError(f"flow tube of {self.label!r}: {message}")
 
+    def _positive(self, name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+        array = self._array(name, values, shape)
+        if (array < 0.0).any():
+            raise self._error(f"{name} must not be negative; got {array.min():.4g}.")
+        return array
+
     def _array(self, name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-        array = read_only(values)
+        try:
+            array = read_only(values)
+        except (TypeError, ValueError) as error:
+            raise self._error(f"{name} must be numbers of shape {shape}; got {type(values).__name__}.") from error
         if array.shape != shape:
             raise self._error(f"{name} must have shape {shape}; got {array.shape}.")
         if not np.isfinite(array).all():

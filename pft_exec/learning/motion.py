@@ -5,7 +5,7 @@ In the flow: demonstrations -> `learn_motion` -> `Motion` -> ``flow_tube(scene)`
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -120,7 +120,8 @@ def learn_motion(
     Raises
     ------
     LearningError
-        If there are fewer than two demonstrations, what is given is none, or their labels or channels differ.
+        If there are fewer than two demonstrations, what is given is none, their labels or channels differ, or
+        `relevant` is no mapping of ends to frames.
     UnknownMethodError
         If the method does not exist.
     UnknownNameError
@@ -204,6 +205,9 @@ def _checked_overrules(
     objects = object_names(demonstrations)
     if not isinstance(relevant, Mapping):
         raise LearningError(f'relevant says at which end: relevant={{"end": ["cup"]}}; got {relevant!r}.')
+    for end, names in relevant.items():
+        if not isinstance(names, Iterable):
+            raise LearningError(f'relevant names the frames at an end: {{{end!r}: ["cup"]}}; got {names!r}.')
     named = {end: (names,) if isinstance(names, str) else tuple(names) for end, names in relevant.items()}
     for end, names in named.items():
         if end not in OVERRULED:

@@ -20,6 +20,7 @@ from pft_exec.recognition.scores import Sample, Scores
 from pft_exec.recognition.settings import PhaseSettings
 
 METHODS = ("dong2012", "phase")
+_FAR = 1e30  # m: a number from here on is a fault of the sensor, as one that is not finite is
 
 
 class RecognitionMethod(Protocol):
@@ -119,15 +120,16 @@ class OnlineRecognizer:
         Raises
         ------
         RecognitionError
-            If a shape is wrong.
+            If a shape is wrong, or what came is no number.
         """
-        point = _vector("position", position, 3)
-        turn = None if quaternion is None else _vector("quaternion", quaternion, 4)
-        flag = self._flag(float(time), point, turn, continuous)
+        now = float(_array("time", time, ()))
+        point = _array("position", position, (3,))
+        turn = None if quaternion is None else _array("quaternion", quaternion, (4,))
+        flag = self._flag(now, point, turn, continuous)
         if flag:
             return replace(self._belief, flagged=flag)
-        self._first = float(time) if self._first is None else self._first
-        self._last = float(time)
+        self._first = now if self._first is None else self._first
+        self._last = now
         if turn is not None:
             turn /= math.sqrt(turn @ turn)
         elapsed = self._last - self._first
@@ -151,8 +153,8 @@ class OnlineRecognizer:
         self._method.replace([tubes[label] for label in self.labels])
 
     def _flag(self, time: float, position: Array, turn: Array | None, signals: Mapping[str, float] | None) -> str:
-        square = 1.0 if turn is None else float(turn @ turn)
-        if not (math.isfinite(time + sum(position.tolist())) and 0.0 < square < math.inf):
+        length = 1.0 if turn is None else math.hypot(*turn.tolist())
+        if not (math.isfinite(time) and math.hypot(*position.tolist()) < _FAR and 0.0 < length < _FAR):
             return "not finite"
         if signals and not all(math.isfinite(float(value)) for value in signals.values()):
             return "not finite"
@@ -168,7 +170,7 @@ class OnlineRecognizer:
         return Belief(
             label=self.labels[best],
             probability=LabelValues(self._index, probability),
-            unknown=float(probability @ scores.strangeness),
+            unknown=min(float(probability @ scores.strangeness), 1.0),
             log_likelihood=LabelValues(self._index, scores.log_likelihood),
             phase=LabelValues(self._index, scores.phase),
             time_to_completion=LabelValues(self._index, scores.time_to_completion),
@@ -187,9 +189,14 @@ def _start_method(method: str, tubes: list[FlowTube], settings: PhaseSettings | 
 
 
 def _labeled(flow_tubes: Mapping[str, FlowTube] | Iterable[FlowTube]) -> dict[str, FlowTube]:
+    if not isinstance(flow_tubes, Iterable):
+        raise RecognitionError(f"flow tubes come in a mapping or a sequence; got a single {type(flow_tubes).__name__}.")
     tubes = list(flow_tubes.values()) if isinstance(flow_tubes, Mapping) else list(flow_tubes)
     if not tubes:
         raise RecognitionError("at least one flow tube is needed; got none.")
+    for tube in tubes:
+        if not isinstance(tube, FlowTube):
+            raise RecognitionError(f"the recognizer needs flow tubes; got a {type(tube).__name__}.")
     labeled = {tube.label: tube for tube in tubes}
     if len(labeled) < len(tubes):
         raise RecognitionError("each flow tube must have a label of its own.")
@@ -213,8 +220,11 @@ def _log_prior(labels: tuple[str, ...], prior: Mapping[str, float] | None) -> Ar
     return log_prior
 
 
-def _vector(name: str, values: ArrayLike, size: int) -> Array:
-    array = np.array(values, dtype=float)
-    if array.shape != (size,):
-        raise RecognitionError(f"{name} must have shape ({size},); got {array.shape}.")
+def _array(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise RecognitionError(f"{name} must be numbers of shape {shape}; got {values!r}.") from error
+    if array.shape != shape:
+        raise RecognitionError(f"{name} must have shape {shape}; got {array.shape}.")
     return array

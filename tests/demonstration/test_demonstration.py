@@ -205,3 +205,25 @@ def test_scene_cannot_be_changed() -> None:
     assert "bottle" not in scene
     with pytest.raises(TypeError):
         scene.objects["bottle"] = poses["bottle"]  # type: ignore[index]
+
+
+def test_an_object_that_stood_still_may_be_given_as_its_pose() -> None:
+    pose = Pose([0.1, 0.2, 0.3], [0.0, 0.0, 1.0, 0.0])
+    demonstration = Demonstration("reach", [0.0, 1.0], np.zeros((2, 3)), objects={"cup": pose})
+    assert demonstration.scene["cup"] == pose
+
+
+@pytest.mark.parametrize("name", ["continuous", "discrete", "objects"])
+def test_refuses_names_without_arrays(name: str) -> None:
+    with pytest.raises(InvalidDemonstrationError, match=f"{name} must be a mapping"):
+        Demonstration("reach", [0.0, 1.0], np.zeros((2, 3)), **{name: [1.0]})
+
+
+def test_refuses_keyframes_that_are_no_numbers() -> None:
+    with pytest.raises(InvalidDemonstrationError, match="keyframes must be numbers"):
+        Demonstration("reach", [0.0, 1.0], np.zeros((2, 3)), keyframes=("half",))
+
+
+def test_scene_refuses_what_is_no_mapping() -> None:
+    with pytest.raises(InvalidSceneError, match="mapping"):
+        Scene([Pose([0.0, 0.0, 0.0])])

@@ -69,3 +69,9 @@ def test_cannot_be_written_to() -> None:
     kept = read_only(values)
     values[0] = 1.0
     assert kept[0] == 0.0
+
+
+@pytest.mark.parametrize("position", ["here", [1.0, "two", 3.0]])
+def test_refuses_what_is_no_number(position: object) -> None:
+    with pytest.raises(InvalidSceneError, match="numbers"):
+        Pose(position)

@@ -163,3 +163,8 @@ def test_the_coach_asks_for_what_was_never_varied() -> None:
     assert coaching.outlier is None
     assert any("bottle always stood in the same place" in text for text in coaching.uncovered)
     assert any("put bottle elsewhere" in text for text in coaching.advice)
+
+
+def test_frames_that_are_no_names_are_refused() -> None:
+    with pytest.raises(LearningError, match="relevant names the frames"):
+        learn_motion(lesson("reach"), relevant={"end": 1})

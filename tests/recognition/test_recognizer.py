@@ -197,3 +197,27 @@ def test_settings_are_taken_by_their_own_method_alone():
     assert modest.probability["0"] < usual.probability["0"]
     with pytest.raises(RecognitionError, match="settings are those of method 'phase'"):
         OnlineRecognizer(tubes, "dong2012", settings=settings)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [((1.0, "here"), "numbers"), ((1.0, None), "shape"), (([1.0], np.zeros(3)), "time")],
+)
+def test_what_is_no_number_raises(arguments, words):
+    with pytest.raises(RecognitionError, match=words):
+        OnlineRecognizer(star(2)).update(*arguments)
+
+
+@pytest.mark.parametrize("tubes", [None, star(1)[0], [1.0]])
+def test_what_is_no_flow_tube_raises(tubes):
+    with pytest.raises(RecognitionError, match="flow tubes"):
+        OnlineRecognizer(tubes)
+
+
+@pytest.mark.parametrize("method", ["dong2012", "phase"])
+def test_a_number_that_no_sensor_means_is_flagged(method):
+    recognizer = OnlineRecognizer(star(2), method=method)
+    before = recognizer.update(0.0, np.zeros(3))
+    belief = recognizer.update(0.1, [1e300, 0.0, 0.0])
+    assert belief.flagged == "not finite"
+    assert dict(belief.log_likelihood) == dict(before.log_likelihood)
