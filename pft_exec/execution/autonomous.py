@@ -9,6 +9,7 @@ import numpy as np
 
 from pft_exec.demonstration import Scene
 from pft_exec.description.success import Verdict, judge_motion
+from pft_exec.exceptions import InvalidFlowTubeError
 from pft_exec.execution.candidates import Candidate
 from pft_exec.execution.control_loop import ControlLoop, Observer
 from pft_exec.execution.faults import Fault
@@ -97,7 +98,11 @@ def execute(
         If there is no such solver.
     MissingObjectError
         If the task has no object that is to be avoided.
+    InvalidFlowTubeError
+        If it is not one tube.
     """
+    if not isinstance(flow_tube, FlowTube):
+        raise InvalidFlowTubeError(f"one flow tube is executed at a time; got a {type(flow_tube).__name__}.")
     loop = ControlLoop(world, arm, pushes, observer, faults)
     if avoid:
         loop.surroundings = Surroundings(world, loop.name, avoid)

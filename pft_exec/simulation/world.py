@@ -84,7 +84,7 @@ class World:
         self._at_origin = self.base == Pose(np.zeros(3))
         self._mismatch, self._grasp = mismatch, grasp
         self.steps_per_period = steps_per_period(control_period, physics_step)
-        self._scene = checked_scene(self.task, scene or self.draw_scene(seed))
+        self._scene = checked_scene(self.task, self.draw_scene(seed) if scene is None else scene)
         self._engine = Engine(physics_step, gui)
         self.camera = Camera(self._engine.client, self.base)
         self._build({}, SetUp())

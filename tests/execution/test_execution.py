@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pft_exec.exceptions import UnknownArmError, UnreachableError
+from pft_exec.exceptions import InvalidFlowTubeError, UnknownArmError, UnreachableError
 from pft_exec.execution import ExecutionLog, Stage, execute, prepare
 from pft_exec.learning import FlowTube, MotionLibrary
 from pft_exec.simulation import Push, World
@@ -91,6 +91,11 @@ def test_control_at_500_hz_over_physics_at_1_khz(library: MotionLibrary) -> None
         log = execute(world, reach_tube(world, library))
     assert log.success, log.reason
     np.testing.assert_allclose(np.diff(log.time), 2e-3, atol=1e-9)
+
+
+def test_the_tubes_of_a_library_are_not_one_tube(shared_world: World, library: MotionLibrary) -> None:
+    with pytest.raises(InvalidFlowTubeError, match="one flow tube"):
+        execute(shared_world, library.flow_tubes(shared_world.scene))
 
 
 def test_a_tube_beyond_reach_is_refused_with_the_distance_before_anything_moves(

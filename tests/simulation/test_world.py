@@ -149,6 +149,11 @@ def test_a_scene_that_does_not_fit_the_task_is_refused(world: World) -> None:
         world.reset(Scene(objects | {"bin": objects["cup"]}))
 
 
+def test_a_scene_of_nothing_is_a_scene_and_no_invitation_to_draw_one(world: World) -> None:
+    with pytest.raises(MissingObjectError, match="Task 'tabletop' needs it"):
+        World("wam", world.task, Scene({}))
+
+
 def test_values_that_do_not_fit_are_refused(world: World) -> None:
     with pytest.raises(SimulationError, match=r"torque of an arm must have shape \(7,\), N m; got \(6,\)"):
         world.command("right", np.zeros(6))
