@@ -344,3 +344,12 @@ def test_a_file_to_write_without_the_suffix_of_hdf5_is_refused_at_once(
     """``pft-exec teach reach`` is a motion's name where a file's belongs."""
     assert cli.run(["teach", str(tmp_path / "reach")]) == 2
     assert "a file to write is named .h5 or .hdf5" in capsys.readouterr().err
+
+
+def test_an_interruption_says_so(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("pft_exec.report.read_contents", interrupt)
+    assert cli.run(["show", "library.h5"]) == 130
+    assert capsys.readouterr().err == "pft-exec: interrupted.\n"

@@ -16,12 +16,17 @@ from pft_exec.exceptions import PFTError
 
 __all__ = ["app", "main", "run"]
 
+_INTERRUPTED = 130  # exit status of a program that Ctrl-C ended
+
 for _part in ("teaching", "learning", "running", "studies", "inspection"):  # in the order of the help
     import_module(f"pft_exec.cli.{_part}")
 
 
 def run(arguments: Sequence[str]) -> int:
-    """Run the command line and return its exit status: 0, 1 where a check failed, 2 for a mistake of the user's."""
+    """Run the command line and return its exit status.
+
+    0, 1 where a check failed, 2 for a mistake of the user's, 130 where Ctrl-C ended it.
+    """
     try:
         with warnings.catch_warnings():
             warnings.showwarning = lambda message, *_: say(f"warning: {message}")
@@ -29,6 +34,8 @@ def run(arguments: Sequence[str]) -> int:
     except (typer.TyperException, PFTError, OSError) as mistake:
         say(mistake.format_message() if isinstance(mistake, typer.TyperException) else str(mistake))
         return 2
+    if status == _INTERRUPTED:
+        say("interrupted.")
     return status if isinstance(status, int) else 0
 
 
