@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pft_exec.demonstration import Scene
 from pft_exec.description import TaskDescription, draw_settings, load_robot_description, load_task, random_stream
+from pft_exec.description.inertial import impossible_inertials
 from pft_exec.exceptions import PFTError, SimulationError, UnknownNameError, UnknownRobotError, UnknownTaskError
 from pft_exec.geometry import Array, Pose, geodesic_distance
 from pft_exec.model import Arm, RobotModel, load_robot
@@ -89,6 +91,7 @@ def _check_robot(name: str) -> list[Row]:
     robot: RobotModel | None = _tried(rows, "model", lambda: _described(load_robot(name), "arms", "arms"))
     if robot is None:
         return rows
+    rows.append(_inertial_row(robot.description.urdf))
     for arm in robot.arms:
         rows += [_gravity_row(robot.arm(arm), q) for q in robot.arm(arm).configurations]
         rows += _engine_rows(robot, robot.arm(arm))
@@ -99,6 +102,12 @@ def _check_robot(name: str) -> list[Row]:
 def _described(description: Any, what: str, attribute: str) -> tuple[Any, str]:
     names = tuple(getattr(description, attribute))
     return description, f"{len(names)} {what}: {', '.join(names)}"
+
+
+def _inertial_row(urdf: Path) -> Row:
+    """Has every link a mass and an inertia that a body can have?"""
+    bad = [f"link {link!r}: {reason}" for link, reason in impossible_inertials(urdf).items()]
+    return _row("inertials", not bad, "; ".join(bad) or "masses and principal moments are none below zero")
 
 
 def _gravity_row(arm: Arm, configuration: str) -> Row:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -53,6 +54,17 @@ def test_a_joint_that_the_urdf_has_not_is_named(robot: Path) -> None:
 def test_a_tool_frame_that_the_urdf_has_not_is_named(robot: Path) -> None:
     edit(robot / "robot.toml", 'tool_frame = "', 'tool_frame = "no_')
     assert any("no_" in detail for detail in findings(robot).values())
+
+
+@pytest.mark.parametrize(
+    ("pattern", "value", "words"),
+    [(r'<mass value="[^"]*"', '<mass value="-1"', "mass is -1"), (r'ixx="[^"]*"', 'ixx="-1"', "moment")],
+)
+def test_a_link_that_no_body_can_be_is_named(pattern: str, value: str, words: str, robot: Path) -> None:
+    """Also where it does not move, so that no engine would notice."""
+    text = (robot / "wam.urdf").read_text(encoding="utf-8")
+    (robot / "wam.urdf").write_text(re.sub(pattern, value, text, count=1), encoding="utf-8")
+    assert words in findings(robot)["inertials"]
 
 
 def test_a_link_without_inertia_weighs_a_kilogram_in_the_simulator_alone(robot: Path) -> None:
