@@ -17,6 +17,9 @@ way to torque (`limits`), and in h gravity, Coriolis, counterbalance and frictio
 :math:`M \ddot q + h`. What cannot be solved falls back to damped gravity compensation, which is also how the arm floats
 while it is taught (`GravityCompensation`). Nothing raises inside a control period.
 
+Obstacles are rows on the distance (`avoidance`). On which side of them to pass is chosen ahead of the encounter, where
+the tube is wide, and shifts :math:`x_r` (`sidestep`).
+
 Further objectives add to the sum, further constraints to the rows; a solver is a name (`solvers`).
 """
 

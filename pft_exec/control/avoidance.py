@@ -136,6 +136,8 @@ class Avoidance:
         self.safe_distance = safe_distance
         self._arm = arm
         self._self_collision = self_collision
+        self.moved = tuple(i for i, link in enumerate(arm.geometry.links) if link.joint >= FIRST_MOVED)
+        """Which of the arm's links keep off obstacles."""
         self.watch((), 0.0)
 
     def watch(self, obstacles: Sequence[Obstacle], time: float) -> None:
@@ -150,8 +152,7 @@ class Avoidance:
         geometry = self._arm.geometry
         body = geometry.body if self._self_collision else ()
         count, fixed = len(geometry.links), len(geometry.links) + len(body)
-        moved = [i for i, link in enumerate(geometry.links) if link.joint >= FIRST_MOVED]
-        pairs = [(i, fixed + k) for k in range(len(obstacles)) for i in moved]
+        pairs = [(i, fixed + k) for k in range(len(obstacles)) for i in self.moved]
         own = len(pairs)
         if self._self_collision:
             pairs += [(i, count + k) for i, k in geometry.body_pairs] + list(geometry.link_pairs)

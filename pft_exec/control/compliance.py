@@ -56,14 +56,18 @@ class Compliance:
         Acceleration per error, then per error velocity.
     weight : (N, 6, 6), dimensionless on a 1/8 m lever
         Of the tool's acceleration error, linear in base axes, angular in the tool frame.
+    deviation : (N, 3, 3), m
+        By which the tube leaves room to step aside with the tool as it is turned: the symmetric root of the position's
+        covariance at given orientation, base axes. Zero where there is no room.
     """
 
     time: Array
     gain: Array
     weight: Array
+    deviation: Array
 
     def __post_init__(self) -> None:
-        for name in ("time", "gain", "weight"):
+        for name in ("time", "gain", "weight", "deviation"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @property
@@ -121,7 +125,8 @@ def compute_compliance(
     precision: Array = np.linalg.inv(covariance).astype(float)
     gain = _tracker_gains(tube.time, precision, softness)
     gain = gain / _LEVERS[:, None] * np.tile(_LEVERS, 2)
-    return Compliance(tube.time, gain, _tracking_weight(precision) * np.outer(_LEVERS, _LEVERS))
+    weight = _tracking_weight(precision) * np.outer(_LEVERS, _LEVERS)
+    return Compliance(tube.time, gain, weight, _room(precision))
 
 
 def constant_compliance(stiffness: float, damping_ratio: float = 1.0) -> Compliance:
@@ -137,7 +142,7 @@ def constant_compliance(stiffness: float, damping_ratio: float = 1.0) -> Complia
     damping = 2.0 * damping_ratio * np.sqrt(stiffness)
     gain = np.hstack([stiffness * np.eye(6), damping * np.eye(6)])
     weight = np.diag(_LEVERS**2)
-    return Compliance(np.array([0.0, 1.0]), np.stack([gain, gain]), np.stack([weight, weight]))
+    return Compliance(np.array([0.0, 1.0]), np.stack([gain, gain]), np.stack([weight, weight]), np.zeros((2, 3, 3)))
 
 
 def operational_stiffness(inertia: Array, stiffness: Array) -> Array:
@@ -182,6 +187,13 @@ def _tracking_weight(precision: Array) -> Array:
     values = np.maximum(values / values[:, -1:], WEIGHT_RATIO)
     weight: Array = (vectors * values[:, None, :]) @ vectors.transpose(0, 2, 1)
     return weight
+
+
+def _room(precision: Array) -> Array:
+    """Deviations (N, 3, 3), m, of the position at given orientation: the inverse root of its part of the precision."""
+    values, vectors = np.linalg.eigh(precision[:, :3, :3])
+    room: Array = (vectors / np.sqrt(values)[:, None, :]) @ vectors.transpose(0, 2, 1)
+    return room
 
 
 def _tracker_gains(time: Array, precision: Array, softness: float) -> Array:

@@ -250,3 +250,9 @@ class TakenUp:
     def at(self, time: float) -> JointReference:
         """Reference at a clock time, s, since the tube was taken up; at rest after its end."""
         return self.path.reference(*self.time_law.at(time))
+
+    def foreseen(self, time: float) -> JointReference:
+        """The same as far as the path is known, at rest there; nothing is computed for it."""
+        known = self.path.known_until if self.path.is_complete else self.path.known_until - GRID
+        theta = min(self.time_law.at(time)[0], max(known, self.path.begin))
+        return self.path.reference(theta, 0.0, 0.0)

@@ -51,6 +51,13 @@ class ToolTarget:
         turned: Array = weight_in_base(self.rotation, weight)
         return turned
 
+    def shifted(self, shift: tuple[Array, Array, Array]) -> ToolTarget:
+        """The target led aside by a position, a velocity and an acceleration (3,), m, m/s and m/s^2, base frame."""
+        velocity, acceleration = self.velocity.copy(), self.acceleration.copy()
+        velocity[:3] += shift[1]
+        acceleration[:3] += shift[2]
+        return ToolTarget(self.position + shift[0], self.quaternion, self.rotation, velocity, acceleration)
+
     def objective(self, compliance: Compliance, phase: float, error: Array, measured: ArmDynamics) -> Objective:
         """Cost of not following, at a phase of a compliance and an error (12,) of the measured tool."""
         gains, mine = (compliance.gain, compliance.weight), (self.rotation, self.acceleration)

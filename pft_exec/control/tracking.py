@@ -19,8 +19,9 @@ from pft_exec.control.gravity_compensation import GravityCompensation, guiding_t
 from pft_exec.control.objectives import REGULARIZATION, Objective, tool_objective
 from pft_exec.control.period_kernel import compose, conclude, draw_to
 from pft_exec.control.quadratic_program import QuadraticProgram, Solution, softness, with_constraint
-from pft_exec.control.reference import JointReference, Reference
+from pft_exec.control.reference import JointReference, Reference, holding
 from pft_exec.control.secondary import room_for, secondary_acceleration
+from pft_exec.control.sidestep import Ahead, Sidestep
 from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tool_target import ToolTarget, tool_target
 from pft_exec.control.weight import WeightEstimate, weight_torque
@@ -85,8 +86,18 @@ class TrackingController:
         self._since = 0.0
         self._blend_since = 0.0
         self._before, self._carried_since = arm, -np.inf
+        self._ahead: Ahead = holding(0.0 * limits.lower)
+        self._has_room = False
+        self._sidestep: Sidestep | None = None
 
-    def follow(self, reference: Reference, compliance: Compliance, since: float, blend: bool = True) -> None:
+    def follow(
+        self,
+        reference: Reference,
+        compliance: Compliance,
+        since: float,
+        blend: bool = True,
+        ahead: Ahead | None = None,
+    ) -> None:
         """Follow another reference from a time on.
 
         Parameters
@@ -98,7 +109,12 @@ class TrackingController:
         blend : bool
             Whether the arm floated until now: friction feed-forward then comes in, and what helped the hand
             goes out, over `BLENDING_TIME`. False goes on from tracking.
+        ahead : callable or None
+            From a time, s, to where the reference will be then, as far as it is known: for a reference whose clock is
+            not the controller's. None asks the reference itself.
         """
+        self._ahead = (lambda time: reference(time - since)) if ahead is None else ahead
+        self._has_room = bool(compliance.deviation.any())
         self._reference, self._compliance, self._since = reference, compliance, since
         self._blend_since = since if blend else -np.inf
         if blend and self._weight is not None:
@@ -122,6 +138,9 @@ class TrackingController:
         if self._avoidance is None:
             self._avoidance = Avoidance(self.arm, self._self_collision)
         self._avoidance.watch(obstacles, time)
+        if self._sidestep is None:
+            self._sidestep = Sidestep(self.arm, self._avoidance.moved)
+        self._sidestep.watch(obstacles, time)
 
     def carry(self, arm: Arm, since: float = -np.inf) -> None:
         """Go on with another model of the same arm: a payload was grasped or released.
@@ -164,7 +183,8 @@ class TrackingController:
         load = known if self._weight is None else known + weight_torque(self._weight.update(time, v), dynamics.jacobian)
         error = tool.error(dynamics)
         aside = secondary_acceleration(self.arm.limits, q, dynamics.jacobian)
-        tracking = self._tracking(self._compliance, reference.phase, tool, error, dynamics, aside)
+        aim, missed = self._stepped_aside(time, reference.phase, tool, error, dynamics, self._compliance)
+        tracking = self._tracking(self._compliance, reference.phase, aim, missed, dynamics, aside)
         posture = posture_acceleration(reference, q, v, aside)
         near = None if self._avoidance is None else self._avoidance.near(self.arm, q, v, time)
         program = self._program(tracking, posture, dynamics, load, q, v, near)
@@ -179,6 +199,24 @@ class TrackingController:
         command = _command(concluded, solution, reference, tool, error, told)
         self._remember(time, (q, v), dynamics, known, command)
         return command
+
+    def _stepped_aside(
+        self,
+        time: float,
+        phase: float,
+        tool: ToolTarget,
+        error: Array,
+        dynamics: ArmDynamics,
+        compliance: Compliance,
+    ) -> tuple[ToolTarget, Array]:
+        """The tool target beside what is in the way, and the error (12,) from it."""
+        if self._sidestep is None or not self._has_room:
+            return tool, error
+        shift = self._sidestep.update(time, self.control_period, phase, error[:3], compliance, self._ahead)
+        if shift is None:
+            return tool, error
+        aim = tool.shifted(shift)
+        return aim, aim.error(dynamics)
 
     def _known_load(self, time: float, reference: JointReference, dynamics: ArmDynamics, q: Array, v: Array) -> Array:
         """What the motors must hold besides inertia, as far as the model knows, (n,), N m."""

@@ -167,7 +167,8 @@ class Pursuit:
         is_careful = loop.surroundings is not None
         self._controller = TrackingController(loop.arm, loop.world.control_period, working, is_careful)
         self._reference = joined(takeover.transition.at, takeover.transition.duration, takeover.trajectory.at)
-        self._controller.follow(self._paced, takeover.compliance, loop.time, blend=floating)
+        self._foreseen = joined(takeover.transition.at, takeover.transition.duration, takeover.trajectory.foreseen)
+        self._controller.follow(self._paced, takeover.compliance, loop.time, blend=floating, ahead=self._ahead)
         if self.stage is not Stage.TRANSITION:  # there already: nothing to join
             self._note_join()
 
@@ -212,6 +213,10 @@ class Pursuit:
     def _paced(self, _: float) -> JointReference:
         """The reference now, at the pace of the clock."""
         return paced(self._reference, self.clock)
+
+    def _ahead(self, time: float) -> JointReference:
+        """The reference at a time of the run, s, to come, at the present pace and as far as its path is known."""
+        return self._foreseen(self.clock.time + self.clock.rate * max(time - self.loop.time, 0.0))
 
     def _instant(self, q: Array, v: Array) -> Instant:
         return Instant(self.loop.time, self.clock.time, self.stage, q, v, self._command)

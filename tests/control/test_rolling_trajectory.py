@@ -101,3 +101,17 @@ def test_a_pace_or_a_beginning_that_is_none_is_refused(arm, start, tube):
         TakenUp(RollingTrajectory(arm, tube, start), 0.0, pace=0.0)
     with pytest.raises(ControlError, match="finite tube time"):
         RollingTrajectory(arm, tube, start, np.nan)
+
+
+def test_what_is_foreseen_is_what_is_known_and_computes_nothing(arm, start, tube):
+    taken_up = TakenUp(RollingTrajectory(arm, tube, start), 0.0)
+    taken_up.path.extend(60)
+    known = taken_up.path.known_until
+    for time in np.linspace(0.0, taken_up.duration, 20):
+        foreseen = taken_up.foreseen(float(time))
+        if taken_up.time_law.at(float(time))[0] <= known - 0.02:
+            np.testing.assert_array_equal(foreseen.configuration, taken_up.at(float(time)).configuration)
+    assert taken_up.path.known_until == known
+    taken_up.path.extend(10_000)
+    end = taken_up.foreseen(taken_up.duration + 1.0).configuration
+    np.testing.assert_array_equal(end, taken_up.at(taken_up.duration).configuration)

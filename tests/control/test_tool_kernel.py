@@ -43,7 +43,9 @@ def test_the_cost_is_that_of_missing_what_gain_and_weight_at_the_phase_ask_for(a
     target, measured = tool_target(arm, reference), arm.dynamics(start + 0.1, generator.normal(size=7))
     flat = constant_compliance(200.0)
     root = generator.normal(size=(2, 6, 6))
-    compliance = Compliance(flat.time, flat.gain + generator.normal(size=(2, 6, 12)), root @ root.transpose(0, 2, 1))
+    compliance = Compliance(
+        flat.time, flat.gain + generator.normal(size=(2, 6, 12)), root @ root.transpose(0, 2, 1), flat.deviation
+    )
     error, turn = target.error(measured), np.eye(6)
     turn[3:, 3:] = target.rotation
     for phase in (-1.0, 0.3, 2.0):

@@ -1,9 +1,12 @@
 """Obstacle: what the arm keeps of its distance, and who gives way, around a ball on the tube, at rest and moving.
 
-One placement with the alternatives beside it, then random ones at several speeds. A random ball is drawn until the tube
-has room to go round it: some sidestep along the tube's wide axis, of the same number of deviations throughout, that
-keeps the whole arm off the ball at every instant. Without that room no controller keeps distance and tube both, such as
-where a ball sweeps through the place of the forearm, or comes to rest against the motion's end.
+One placement with the alternatives beside it, then random ones at several speeds, from every side. The rule of what
+counts: a random ball is left out only where the tube has no room to go round it, which is where no sidestep along the
+tube's wide axis, of up to 2.5 deviations and of the same number throughout, keeps the whole arm off the ball at every
+instant of the motion and of the rest after it. (Sidesteps that change on the way, at up to 0.3 m/s, leave out the very
+same balls; measured on 200.) There no controller that keeps the time of the motion keeps distance and tube: the ball
+sweeps through the place of hand or forearm on both sides, or through the tube's narrow ends while the hand is there.
+How many were left out is told in the table; none is left out by what a controller makes of it.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ import numpy as np
 
 from pft_exec.evaluation.benchmarks.stopwatch import Tables
 from pft_exec.evaluation.protocol import Progress
+from pft_exec.exceptions import InvalidSceneError
 from pft_exec.geometry import Array, Pose
 
 if TYPE_CHECKING:
@@ -31,8 +35,10 @@ SPEED = 0.1
 """m/s; of a ball that crosses the tube, up or down, so that it leaves the tube's end free."""
 SEEN_EVERY = 0.02
 """s; how often a moving ball is looked at."""
-SPEEDS = (0.0, 0.05, 0.1, 0.2)
+SPEEDS = (0.0, 0.05, 0.1, 0.2, 0.3)
 """m/s; of the balls that are placed at random."""
+DRAWS = 500
+"""Balls that are drawn for one that the tube has room to go round; one in four to one in eight has (measured)."""
 PLACEMENTS = 8
 """So many at each speed."""
 PHASES, ACROSS = (0.35, 0.65), 0.03
@@ -143,31 +149,41 @@ class _Round:
                 return False
         return True
 
-    def ball(self, speed: float, rng: np.random.Generator) -> Obstacle:
-        """A ball that the motion meets, with a velocity across the tube."""
+    def ball(self, speed: float, rng: np.random.Generator) -> tuple[Obstacle, int]:
+        """A ball that the motion meets, with a velocity in any direction, and how many were drawn for it.
+
+        Raises
+        ------
+        InvalidSceneError
+            If the tube has room for none of `DRAWS`.
+        """
         from pft_exec.model import Obstacle, Sphere
 
-        while True:
+        for drawn in range(1, DRAWS + 1):
             index = round(rng.uniform(*PHASES) * (len(self.tube) - 1))
-            angle, met = rng.uniform(0.0, 2.0 * np.pi), self.tube.position[index].copy()
+            met, direction = self.tube.position[index].copy(), rng.standard_normal(3)
             met[1] += rng.uniform(-ACROSS, ACROSS)
-            velocity = speed * np.array([0.0, np.cos(angle), np.sin(angle), 0.0, 0.0, 0.0])
+            velocity = np.concatenate([speed * direction / np.linalg.norm(direction), np.zeros(3)])
             start = met - float(self.tube.time[index]) * velocity[:3]
             ball = Obstacle("ball", Sphere(RADIUS), Pose(start), velocity)
             if self.has_room(ball):
-                return ball
+                return ball, drawn
+        raise InvalidSceneError(f"the tube has no room to go round any of {DRAWS} balls of {speed:g} m/s.")
 
     def row(self, speed: float, seed: int, compliance: Compliance, progress: Progress) -> dict[str, Any]:
         """Worst and usual figures over the placements at a speed, m/s."""
         rng = np.random.default_rng([seed, 41, round(1e3 * speed)])
-        seen = []
+        seen, drawn = [], 0
         for k in range(PLACEMENTS):
             progress(f"balls placed at random, {speed:g} m/s", k / PLACEMENTS)
-            seen.append(_passed(self.arm, self.trajectory, compliance, self.ball(speed, rng), seed + k))
+            ball, count = self.ball(speed, rng)
+            drawn += count
+            seen.append(_passed(self.arm, self.trajectory, compliance, ball, seed + k))
         column = {name: np.array([figures[name] for figures in seen]) for name in seen[0]}
         return {
             "m/s": speed,
             "balls": PLACEMENTS,
+            "left out, no room": drawn - PLACEMENTS,
             "all floors kept %": 100.0 * float(np.mean([_keeps_floors(figures) for figures in seen])),
             "distance mm, least": float(column["distance mm"].min()),
             "off axis mm, median": float(np.median(column["off axis mm"])),

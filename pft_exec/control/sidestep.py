@@ -1,0 +1,213 @@
+r"""The sidestep: on which side of an obstacle to pass, chosen ahead of the encounter, where the tube is wide.
+
+Rows on the distance keep an arm off whatever comes, but they see only the present: before a ball that crosses the tube
+the arm flees, although a step to the other side would have let it pass. So the coming seconds are looked at. With
+:math:`S(t)` the deviation of the tube, the symmetric root of its position's covariance at given orientation, and e the
+tool's present error, each candidate u, a sidestep counted in deviations, leads the tool along
+
+.. math:: x(\tau) = x_{ref}(\tau) + (1 - f(\tau))\, S(\tau)\, u + f(\tau)\, e, \qquad
+          f(\tau) = (1 + a \tau + \tfrac12 a^2 \tau^2)\, e^{-a \tau} ,
+
+and the links with it, to first order. Obstacles move on at their velocities. The candidate of least
+
+.. math:: u^T u + \kappa \lVert u - u_{now} \rVert^2 + \sum_\tau \max(0, d_r - d(\tau))^2 / d_s^2
+
+is taken: the first term is the tube's own measure of what a step costs, the second keeps a choice that is as good as
+another, and the third is what a path lacks of the room d_r; a path that changes sides through the obstacle lacks much,
+so sides are changed only where there is still time. The step follows its choice with three equal poles at -a, so that
+the target's acceleration never jumps, and it shifts the tracking's target: gains, weights, rows and limits stay what
+they are. Where nothing comes near, nothing is shifted. Derivation ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from pft_exec.control.compliance import Compliance
+from pft_exec.control.reference import JointReference
+from pft_exec.control.separation import Bodies, move_body
+from pft_exec.control.sidestep_kernel import carried_ends, judge_steps, spread_of
+from pft_exec.geometry import Array
+from pft_exec.model import Arm, Box, Capsule, Cylinder, Obstacle, Solid, Sphere
+
+INSTANTS, INTERVAL = 24, 0.125
+"""So many instants, s apart, are looked at: three seconds. A ball of 0.3 m/s moves by its radius in between."""
+POLE = 8.0
+"""1/s; a: a step is done within 0.7 s, which gains of a wide tube follow."""
+ROOM = 0.035
+"""m; d_r: where the rows' approach ends, and what the links' displacement to first order misses."""
+SHORT = 0.005
+"""m; d_s: lacking this much of the room at one instant costs as much as a step of one deviation."""
+LOYALTY = 0.1
+"""kappa."""
+LARGEST, FINEST = 3.0, 0.25
+"""Deviations: of the largest step, and between candidates."""
+NARROW, NARROWER = 0.01, 1.0 / 3.0
+"""m, and share of the widest axis: what is narrower than either is no room to step aside."""
+_NOTHING = 1e-6  # deviations below which there is no step
+
+Ahead = Callable[[float], JointReference]
+"""From a time, s, to where the reference will be then, as far as it is known."""
+Shift = tuple[Array, Array, Array]
+"""Of the tool's target, (3,) each, base frame: m, m/s, m/s^2."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Crowd:
+    """K obstacles as they were at a time, s.
+
+    Parameters
+    ----------
+    obstacles : K obstacles
+    time : float, s
+    half : (K,), m
+        Half the core segments.
+    rounding : (K,), m
+        Zero of flat-sided ones.
+    box : (K, 3), m
+        Half lengths of flat-sided ones.
+    """
+
+    obstacles: Sequence[Obstacle]
+    time: float
+    half: Array
+    rounding: Array
+    box: Array
+
+    def at(self, times: Array) -> tuple[Array, Array]:
+        """Ends of the cores (N, K, 2, 3), m, and rotations (N, K, 3, 3) at N times, s."""
+        count = len(self.obstacles)
+        ends, rotations = np.zeros((len(times), count, 2, 3)), np.zeros((len(times), count, 3, 3))
+        started = [(o.pose.position, o.pose.rotation, o.velocity) for o in self.obstacles]
+        middle, motion = np.zeros((count, 3)), np.zeros((count, 2, 6))
+        for place, time in enumerate(times):
+            bodies: Bodies = rotations[place], middle, ends[place], motion
+            for k, (position, turn, velocity) in enumerate(started):
+                move_body(position, turn, velocity, float(time) - self.time, float(self.half[k]), k, bodies)
+        return ends, rotations
+
+
+class Sidestep:
+    """Chooses and carries out steps aside of one arm.
+
+    Parameters
+    ----------
+    arm : Arm
+    moved : sequence of int
+        Which of the arm's links count.
+    """
+
+    def __init__(self, arm: Arm, moved: Sequence[int]) -> None:
+        links = [arm.geometry.links[i] for i in moved]
+        self._arm = arm
+        self._local = np.array([[link.start, link.end] for link in links])
+        self._radius = np.array([link.radius for link in links])
+        self._joint = np.array([link.joint for link in links], dtype=np.intp)
+        shape = INSTANTS, len(links), 2, 3
+        self._times = np.zeros(INSTANTS)
+        self._ends, self._carried, self._spread = np.zeros(shape), np.zeros((*shape, 3)), np.zeros((INSTANTS, 3, 3))
+        self._seen = 0
+        self._crowd = _crowd((), 0.0)
+        self.wanted = np.zeros(3)
+        """Step, deviations, that was chosen last."""
+        self._follows = np.zeros((3, 3))
+
+    def watch(self, obstacles: Sequence[Obstacle], time: float) -> None:
+        """Step aside of these obstacles, base frame, as they are at a time, s, from now on."""
+        self._crowd = _crowd(obstacles, time)
+
+    def update(
+        self, time: float, period: float, phase: float, error: Array, compliance: Compliance, ahead: Ahead
+    ) -> Shift | None:
+        """Shift of the tool's target; None where there is none.
+
+        Parameters
+        ----------
+        time, period : float, s
+        phase : float
+            Where along the compliance's tube the reference is.
+        error : (3,), m
+            Of the measured tool from the reference, base frame.
+        compliance : Compliance
+        ahead : Ahead
+        """
+        if self._crowd.obstacles:
+            self._look(time, error, compliance, ahead)
+        else:
+            self.wanted, self._seen = np.zeros(3), 0
+        return self._followed(period, spread_of(compliance.deviation, phase))
+
+    def _look(self, time: float, error: Array, compliance: Compliance, ahead: Ahead) -> None:
+        """Look at one more instant of what comes; when all are seen, choose."""
+        first = time if self._seen == 0 else float(self._times[0])
+        place = self._seen
+        self._times[place] = first + place * INTERVAL
+        reference = ahead(float(self._times[place]))
+        frames = self._arm.joint_frames(reference.configuration)
+        jacobian = self._arm.kinematics(reference.configuration)[2]
+        carried_ends(self._local, self._joint, frames, jacobian, self._ends[place], self._carried[place])
+        self._spread[place] = spread_of(compliance.deviation, reference.phase)
+        self._seen = (place + 1) % INSTANTS
+        if self._seen == 0:
+            self._choose(time, error)
+
+    def _choose(self, time: float, error: Array) -> None:
+        candidates = self._candidates()
+        passed = POLE * np.maximum(self._times - time, 0.0)
+        fading = (1.0 + passed + 0.5 * passed**2) * np.exp(-passed)
+        ends, rotations = self._crowd.at(self._times)
+        arm = self._ends, self._carried, self._radius
+        others = ends, rotations, self._crowd.rounding, self._crowd.box
+        lacking = judge_steps(candidates, arm, self._spread, fading, error, others, ROOM)
+        cost = np.sum(candidates**2, axis=1) + LOYALTY * np.sum((candidates - self.wanted) ** 2, axis=1)
+        self.wanted = candidates[int(np.argmin(cost + lacking / SHORT**2))]
+
+    def _candidates(self) -> Array:
+        """Steps (C, 3), deviations: none, and of all sizes along the axes in which the tube is wide, and between."""
+        variance, axes = np.linalg.eigh(np.mean(self._spread @ self._spread, axis=0))
+        widest = float(np.sqrt(variance[-1]))
+        wide = axes[:, np.sqrt(np.maximum(variance, 0.0)) >= max(NARROW, NARROWER * widest)]
+        if not wide.shape[1]:
+            return np.zeros((1, 3))
+        signs = np.array([s for s in product((-1.0, 0.0, 1.0), repeat=wide.shape[1]) if any(s)])
+        directions = signs @ wide.T / np.linalg.norm(signs, axis=1)[:, None]
+        sizes = np.arange(FINEST, LARGEST + 0.5 * FINEST, FINEST)
+        return np.concatenate([np.zeros((1, 3)), (sizes[:, None, None] * directions).reshape(-1, 3)])
+
+    def _followed(self, period: float, spread: Array) -> Shift | None:
+        """Shift that follows the choice over one period, s, where the tube has a spread (3, 3), m."""
+        chain = self._follows
+        if max(np.abs(chain).max(), np.abs(self.wanted).max()) < _NOTHING:
+            chain[:] = 0.0
+            return None
+        share = 1.0 - np.exp(-POLE * period)
+        before = self.wanted
+        for stage in range(3):
+            chain[stage] += share * (before - chain[stage])
+            before = chain[stage]
+        rate = POLE * (chain[1] - chain[2])
+        change = POLE * (POLE * (chain[0] - chain[1]) - rate)
+        return spread @ chain[2], spread @ rate, spread @ change
+
+
+def _crowd(obstacles: Sequence[Obstacle], time: float) -> _Crowd:
+    cores = [_core(obstacle.solid) for obstacle in obstacles]
+    half, rounding = np.array([core[0] for core in cores]), np.array([core[1] for core in cores])
+    return _Crowd(tuple(obstacles), time, half, rounding, np.array([core[2] for core in cores]).reshape(-1, 3))
+
+
+def _core(solid: Solid) -> tuple[float, float, tuple[float, float, float]]:
+    """Half a solid's core segment, its rounding, and half the lengths of the box that a flat-sided one counts as, m."""
+    match solid:
+        case Sphere(radius):
+            return 0.0, radius, (0.0, 0.0, 0.0)
+        case Capsule(radius, length):
+            return 0.5 * length, radius, (0.0, 0.0, 0.0)
+        case Cylinder(radius, height):
+            return 0.0, 0.0, (radius, radius, 0.5 * height)
+        case Box((x, y, z)):
+            return 0.0, 0.0, (0.5 * x, 0.5 * y, 0.5 * z)
