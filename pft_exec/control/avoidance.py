@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from pft_exec.control.limits import Constraint
 from pft_exec.control.separation import chain_motion, distance_rows, move_body, pairs_that_may_be_near, place_links
+from pft_exec.control.tool_kernel import matrix_of
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, Box, Capsule, Cylinder, Obstacle, Solid, Sphere
 from pft_exec.model.distance import coal_shape, nearest_points
@@ -92,12 +93,20 @@ class _Bodies:
         shapes = [coal.Capsule(link.radius, max(link.length, 1e-9)) for link in links]
         self.shapes = [*shapes, *(coal_shape(obstacle.solid) for obstacle in obstacles)]
         self.places = [coal.Transform3s() for _ in range(total)]
-        self.started = []
         for k, obstacle in enumerate(obstacles, self.count):
-            half = _core(obstacle.solid)[0] if self.is_round[k] else 0.0
-            self.started.append((obstacle.pose.position, obstacle.pose.rotation, obstacle.velocity, half))
             if not self.is_round[k]:
                 self.half[k], self.wrap[k] = _half_lengths(obstacle.solid), 0.0
+        self.started: list[tuple[Array, Array, Array, float]] = []
+        self.replace(obstacles)
+
+    def replace(self, obstacles: Sequence[Obstacle]) -> None:
+        """Take the last bodies, of these shapes, to be where these obstacles are."""
+        first = len(self.shapes) - len(obstacles)
+        del self.started[first - self.count :]
+        for k, obstacle in enumerate(obstacles, first):
+            half = float(self.reach[k] - self.rounding[k]) if self.is_round[k] else 0.0
+            turn = matrix_of(obstacle.pose.quaternion)
+            self.started.append((obstacle.pose.position, turn, obstacle.velocity, half))
             self.put(k, 0.0)
 
     def put(self, k: int, elapsed: float) -> None:
@@ -138,6 +147,8 @@ class Avoidance:
         self._self_collision = self_collision
         self.moved = tuple(i for i, link in enumerate(arm.geometry.links) if link.joint >= FIRST_MOVED)
         """Which of the arm's links keep off obstacles."""
+        self._watched: tuple[Obstacle, ...] = ()
+        self._take_up(())
         self.watch((), 0.0)
 
     def watch(self, obstacles: Sequence[Obstacle], time: float) -> None:
@@ -149,6 +160,17 @@ class Avoidance:
             Base frame, as they are at `time`, s; they are taken to move on at their velocity.
         time : float, s
         """
+        if len(obstacles) == len(self._watched) and all(map(_is_same, obstacles, self._watched)):
+            self._bodies.replace(obstacles)
+        else:
+            self._take_up(obstacles)
+        self._watched = tuple(obstacles)
+        first = len(self._bodies.shapes) - len(obstacles)
+        self._moving = [first + k for k, obstacle in enumerate(obstacles) if obstacle.velocity.any()]
+        self._time = time
+
+    def _take_up(self, obstacles: Sequence[Obstacle]) -> None:
+        """Make bodies of obstacles that are of other shapes than those before."""
         geometry = self._arm.geometry
         body = geometry.body if self._self_collision else ()
         count, fixed = len(geometry.links), len(geometry.links) + len(body)
@@ -159,8 +181,6 @@ class Avoidance:
         self._pairs = np.array(pairs, dtype=np.intp).reshape(-1, 2)
         self._near = np.where(np.arange(len(pairs)) < own, NEAR, OWN_NEAR)
         self._bodies = _Bodies(self._arm, (*body, *obstacles))
-        self._moving = [fixed + k for k, obstacle in enumerate(obstacles) if obstacle.velocity.any()]
-        self._time = time
 
     def near(self, arm: Arm, q: Array, v: Array, time: float) -> Nearness | None:
         """Rows of the pairs that are near; None where none are.
@@ -212,6 +232,11 @@ class Avoidance:
         lower = np.minimum(lower, np.abs(rows) @ self._arm.limits.acceleration)
         constraint = Constraint(rows, lower, np.full(len(lower), np.inf), soft=True)
         return Nearness(constraint, distance, pairs, self._bodies.names)
+
+
+def _is_same(obstacle: Obstacle, before: Obstacle) -> bool:
+    """Whether an obstacle is one that was watched before, wherever it is now."""
+    return obstacle.name == before.name and obstacle.solid == before.solid
 
 
 def _core(solid: Solid) -> tuple[float, float]:

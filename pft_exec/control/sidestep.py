@@ -29,8 +29,8 @@ import numpy as np
 
 from pft_exec.control.compliance import Compliance
 from pft_exec.control.reference import JointReference
-from pft_exec.control.separation import Bodies, move_body
-from pft_exec.control.sidestep_kernel import carried_ends, judge_steps, spread_of
+from pft_exec.control.sidestep_kernel import carried_ends, judge_steps, places_of, spread_of
+from pft_exec.control.tool_kernel import matrix_of
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, Box, Capsule, Cylinder, Obstacle, Solid, Sphere
 
@@ -62,8 +62,9 @@ class _Crowd:
 
     Parameters
     ----------
-    obstacles : K obstacles
     time : float, s
+    started : (K, 3), m, (K, 3, 3) and (K, 6), m/s and rad/s
+        Positions, rotations and velocities.
     half : (K,), m
         Half the core segments.
     rounding : (K,), m
@@ -72,23 +73,11 @@ class _Crowd:
         Half lengths of flat-sided ones.
     """
 
-    obstacles: Sequence[Obstacle]
     time: float
+    started: tuple[Array, Array, Array]
     half: Array
     rounding: Array
     box: Array
-
-    def at(self, times: Array) -> tuple[Array, Array]:
-        """Ends of the cores (N, K, 2, 3), m, and rotations (N, K, 3, 3) at N times, s."""
-        count = len(self.obstacles)
-        ends, rotations = np.zeros((len(times), count, 2, 3)), np.zeros((len(times), count, 3, 3))
-        started = [(o.pose.position, o.pose.rotation, o.velocity) for o in self.obstacles]
-        middle, motion = np.zeros((count, 3)), np.zeros((count, 2, 6))
-        for place, time in enumerate(times):
-            bodies: Bodies = rotations[place], middle, ends[place], motion
-            for k, (position, turn, velocity) in enumerate(started):
-                move_body(position, turn, velocity, float(time) - self.time, float(self.half[k]), k, bodies)
-        return ends, rotations
 
 
 class Sidestep:
@@ -135,7 +124,7 @@ class Sidestep:
         compliance : Compliance
         ahead : Ahead
         """
-        if self._crowd.obstacles:
+        if len(self._crowd.half):
             self._look(time, error, compliance, ahead)
         else:
             self.wanted, self._seen = np.zeros(3), 0
@@ -159,9 +148,10 @@ class Sidestep:
         candidates = self._candidates()
         passed = POLE * np.maximum(self._times - time, 0.0)
         fading = (1.0 + passed + 0.5 * passed**2) * np.exp(-passed)
-        ends, rotations = self._crowd.at(self._times)
+        crowd = self._crowd
+        ends, rotations = places_of(crowd.started, crowd.half, self._times - crowd.time)
         arm = self._ends, self._carried, self._radius
-        others = ends, rotations, self._crowd.rounding, self._crowd.box
+        others = ends, rotations, crowd.rounding, crowd.box
         lacking = judge_steps(candidates, arm, self._spread, fading, error, others, ROOM)
         cost = np.sum(candidates**2, axis=1) + LOYALTY * np.sum((candidates - self.wanted) ** 2, axis=1)
         self.wanted = candidates[int(np.argmin(cost + lacking / SHORT**2))]
@@ -196,8 +186,13 @@ class Sidestep:
 
 def _crowd(obstacles: Sequence[Obstacle], time: float) -> _Crowd:
     cores = [_core(obstacle.solid) for obstacle in obstacles]
+    started = (
+        np.array([obstacle.pose.position for obstacle in obstacles]).reshape(-1, 3),
+        np.array([matrix_of(obstacle.pose.quaternion) for obstacle in obstacles]).reshape(-1, 3, 3),
+        np.array([obstacle.velocity for obstacle in obstacles]).reshape(-1, 6),
+    )
     half, rounding = np.array([core[0] for core in cores]), np.array([core[1] for core in cores])
-    return _Crowd(tuple(obstacles), time, half, rounding, np.array([core[2] for core in cores]).reshape(-1, 3))
+    return _Crowd(time, started, half, rounding, np.array([core[2] for core in cores]).reshape(-1, 3))
 
 
 def _core(solid: Solid) -> tuple[float, float, tuple[float, float, float]]:

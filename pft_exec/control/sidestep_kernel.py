@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from pft_exec.control.separation import cross
+from pft_exec.control.separation import cross, move_body
 from pft_exec.control.tool_kernel import between
 from pft_exec.geometry import Array
 from pft_exec.geometry.definite import factorize, substitute_back, substitute_forward
@@ -107,58 +107,66 @@ def judge_steps(
     room : float, m
     """
     ends, carried, radius = arm
-    lacking, moved = np.zeros(len(steps)), np.zeros((len(steps), 3))
-    worst = np.zeros(len(steps))
+    cores, rotations, rounding, half = others
+    lacking, worst, moved, led = np.zeros(len(steps)), np.zeros(len(steps)), np.zeros(3), np.zeros((len(steps), 2, 3))
     for j in range(len(ends)):
-        farthest = 0.0
-        for c in range(len(steps)):
-            moved[c] = (1.0 - fading[j]) * (np.ascontiguousarray(spread[j]) @ steps[c]) + fading[j] * error
-            farthest = max(farthest, float(moved[c] @ moved[c]))
-            worst[c] = 0.0
-        reach = 2.0 * math.sqrt(farthest) + room
+        worst[:] = 0.0
         for i in range(ends.shape[1]):
-            for k in range(others[0].shape[1]):
-                core = others[0][j, k], others[1][j, k], others[3][k]
-                close = room + radius[i] + others[2][k]
-                if _distance(ends[j, i, 0], ends[j, i, 1], core) > close + reach:
+            farthest = 0.0
+            for c in range(len(steps)):
+                for r in range(3):
+                    aside = 0.0
+                    for m in range(3):
+                        aside += spread[j, r, m] * steps[c, m]
+                    moved[r] = (1.0 - fading[j]) * aside + fading[j] * error[r]
+                farthest = max(farthest, _lead(ends[j, i], carried[j, i], moved, led[c]))
+            for k in range(cores.shape[1]):
+                close = room + radius[i] + rounding[k]
+                if _distance(ends[j, i], cores[j, k], rotations[j, k], half[k]) > close + farthest:
                     continue
                 for c in range(len(steps)):
-                    a, b = (
-                        _led(ends[j, i, 0], carried[j, i, 0], moved[c]),
-                        _led(ends[j, i, 1], carried[j, i, 1], moved[c]),
-                    )
-                    worst[c] = max(worst[c], close - _distance(a, b, core))
+                    worst[c] = max(worst[c], close - _distance(led[c], cores[j, k], rotations[j, k], half[k]))
         for c in range(len(steps)):
             lacking[c] += worst[c] ** 2
     return lacking
 
 
 @njit(cache=True)
-def _led(point: Array, carried: Array, moved: Array) -> Array:
-    """A point (3,), m, carried along by a motion (3,), m, of the tool."""
-    led = point.copy()
-    for r in range(3):
-        for m in range(3):
-            led[r] += carried[r, m] * moved[m]
-    return led
+def _lead(ends: Array, carried: Array, moved: Array, led: Array) -> float:
+    """Write where the ends (2, 3), m, of a link are when the tool moves by (3,), m; how far the farther one moves."""
+    farthest = 0.0
+    for e in range(2):
+        total = 0.0
+        for r in range(3):
+            aside = 0.0
+            for m in range(3):
+                aside += carried[e, r, m] * moved[m]
+            led[e, r] = ends[e, r] + aside
+            total += aside * aside
+        farthest = max(farthest, total)
+    return math.sqrt(farthest)
 
 
 @njit(cache=True)
-def _distance(a: Array, b: Array, core: tuple[Array, Array, Array]) -> float:
-    """Distance, m, of a segment from a to b (3,) from a core: the segment between its ends, or a box around them."""
-    ends, rotation, half = core
-    if half[0] <= 0.0:
-        return float(segment_distance(a, b, ends[0], ends[1]))
+def _distance(ends: Array, core: Array, rotation: Array, half: Array) -> float:
+    """Distance, m, of a segment from a core: a segment (2, 3), m, or a box of half lengths (3,), m, about it."""
+    if half[0] > 0.0:
+        return float(box_distance(ends, core[0], rotation, half))
+    return float(segment_distance(ends, core))
+
+
+@njit(cache=True)
+def box_distance(ends: Array, center: Array, rotation: Array, half: Array) -> float:
+    """Distance, m, of samples of a segment (2, 3), m, from a box with a center, a rotation and half lengths (3,), m."""
     least = math.inf
     for sample in range(_SAMPLES):
-        total = 0.0
+        share, total = sample / (_SAMPLES - 1.0), 0.0
         for axis in range(3):
-            beyond = -float(half[axis])
             local = 0.0
             for i in range(3):
-                place = float(a[i]) + sample / (_SAMPLES - 1.0) * float(b[i] - a[i])
-                local += float(rotation[i, axis]) * (place - float(ends[0, i]))
-            beyond += abs(local)
+                place = (1.0 - share) * float(ends[0, i]) + share * float(ends[1, i])
+                local += float(rotation[i, axis]) * (place - float(center[i]))
+            beyond = abs(local) - float(half[axis])
             if beyond > 0.0:
                 total += beyond * beyond
         if total < least:
@@ -167,30 +175,58 @@ def _distance(a: Array, b: Array, core: tuple[Array, Array, Array]) -> float:
 
 
 @njit(cache=True)
-def segment_distance(a: Array, b: Array, c: Array, d: Array) -> float:
-    """Distance, m, of a segment from a to b from another from c to d, (3,) each, m; either may be a point.
+def segment_distance(one: Array, other: Array) -> float:
+    """Distance, m, of two segments, ends (2, 3) each, m; either may be a point.
 
     Notes
     -----
     The nearest points of the lines, each held within its segment and the other taken anew [Ericson2005]_, 5.1.9.
     """
-    first, second, apart = b - a, d - c, a - c
-    aa, ee, f = float(first @ first), float(second @ second), float(second @ apart)
+    aa, ee, f, g, mixed = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        first, second = float(one[1, i] - one[0, i]), float(other[1, i] - other[0, i])
+        apart = float(one[0, i] - other[0, i])
+        aa, ee, mixed = aa + first * first, ee + second * second, mixed + first * second
+        f, g = f + second * apart, g + first * apart
     s, t = 0.0, f / ee if ee > _SHORTEST else 0.0
     if aa > _SHORTEST:
-        g, mixed = float(first @ apart), float(first @ second)
         flat = aa * ee - mixed * mixed
         s = within_one((mixed * f - g * ee) / flat) if flat > _SHORTEST * aa * ee else 0.0
         t = (mixed * s + f) / ee if ee > _SHORTEST else 0.0
         if ee <= _SHORTEST or t < 0.0 or t > 1.0:
             t = within_one(t)
             s = within_one((mixed * t - g) / aa)
-    t = within_one(t)
-    gap = apart + s * first - t * second
-    return math.sqrt(gap @ gap)
+    t, total = within_one(t), 0.0
+    for i in range(3):
+        place = (1.0 - s) * float(one[0, i]) + s * float(one[1, i])
+        gap = place - (1.0 - t) * float(other[0, i]) - t * float(other[1, i])
+        total += gap * gap
+    return math.sqrt(total)
 
 
 @njit(cache=True)
 def within_one(share: float) -> float:
     """A share held within [0, 1]."""
     return 0.0 if share < 0.0 else 1.0 if share > 1.0 else share
+
+
+@njit(cache=True)
+def places_of(started: tuple[Array, Array, Array], half: Array, elapsed: Array) -> tuple[Array, Array]:
+    """Ends of the cores (N, K, 2, 3), m, and rotations (N, K, 3, 3) of K obstacles after N times, s.
+
+    Parameters
+    ----------
+    started : (K, 3), m, (K, 3, 3) and (K, 6), m/s and rad/s
+        Where their frames were, how they were turned, and their velocities.
+    half : (K,), m
+        Half the core segments.
+    elapsed : (N,), s
+    """
+    count = len(half)
+    ends, rotations = np.zeros((len(elapsed), count, 2, 3)), np.zeros((len(elapsed), count, 3, 3))
+    middle, motion = np.zeros((count, 3)), np.zeros((count, 2, 6))
+    for j in range(len(elapsed)):
+        bodies = rotations[j], middle, ends[j], motion
+        for k in range(count):
+            move_body(started[0][k], started[1][k], started[2][k], elapsed[j], half[k], k, bodies)
+    return ends, rotations

@@ -151,3 +151,22 @@ def test_a_payload_changes_nothing_of_the_shape(arm, start):
         avoidance.watch(around(arm, start), 0.0)
         rows.append(avoidance.near(model, start, np.ones(7), 0.0).constraint.G)
     np.testing.assert_array_equal(*rows)
+
+
+def test_what_was_watched_before_is_where_it_is_seen_now(arm, start):
+    """The same things seen again elsewhere, or others, give the rows of an avoidance that never saw anything else."""
+    shift, others = np.array([0.02, 0.03, -0.01]), around(arm, start)[1:]
+    moved = [replace(it, pose=Pose(it.pose.position + shift, it.pose.quaternion)) for it in around(arm, start)]
+    used = Avoidance(arm)
+    used.watch(around(arm, start), 0.0)
+    used.near(arm, start, np.ones(7), 0.3)
+    for seen, time in ((moved, 0.4), (others, 0.5), ((), 0.6), (moved, 0.7)):
+        new = Avoidance(arm)
+        for avoidance in (used, new):
+            avoidance.watch(seen, time)
+        one, other = (avoidance.near(arm, start, np.ones(7), time + 0.05) for avoidance in (used, new))
+        assert (one is None) == (other is None)
+        if one is not None:
+            np.testing.assert_array_equal(one.distance, other.distance)
+            np.testing.assert_array_equal(one.constraint.lower, other.constraint.lower)
+            np.testing.assert_array_equal(one.constraint.G, other.constraint.G)

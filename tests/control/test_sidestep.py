@@ -61,8 +61,9 @@ def test_distance_of_segments_is_that_of_their_nearest_points(seed):
     share = np.linspace(0.0, 1.0, 801)[:, None]
     first, second = a + share * (b - a), c + share * (d - c)
     least = np.min(np.linalg.norm(first[:, None] - second[None], axis=2))
-    assert segment_distance(a, b, c, d) == pytest.approx(least, abs=1e-5)
-    assert segment_distance(c, d, a, b) == pytest.approx(segment_distance(a, b, c, d), abs=1e-12)
+    one, other = np.array([a, b]), np.array([c, d])
+    assert segment_distance(one, other) == pytest.approx(least, abs=1e-5)
+    assert segment_distance(other, one) == pytest.approx(segment_distance(one, other), abs=1e-12)
 
 
 def test_links_are_carried_as_the_arm_carries_them_where_the_tool_does_not_turn(arm, start):

@@ -1,4 +1,4 @@
-"""Control: how long the quadratic program and a whole control period take, and how well the tool tracks.
+"""Control: how long the quadratic program, the controller and a whole period take, and how well the tool tracks.
 
 Times are the least of some rounds over the same programs and states, each on its own: what the computer does besides
 is not the controller's. Median and 99th percentile are over programs and states.
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from pft_exec.evaluation.benchmarks.periods import period_row
 from pft_exec.evaluation.benchmarks.stopwatch import Tables
 from pft_exec.evaluation.protocol import Progress
 from pft_exec.geometry import Array, Pose
@@ -54,7 +55,13 @@ def time_control(seed: int, progress: Progress) -> Tables:
         progress(f"solving, {title}", 0.2)
         tables[f"one quadratic program, {title}"] = [_solver_row(name, programs) for name in SOLVERS]
     progress("control periods", 0.5)
-    tables["one control period, all in"] = [_tick_row(arm, tube, trajectory, states, balls) for balls in (0, BALLS)]
+    tables["one control period, the controller alone"] = [
+        _tick_row(arm, tube, trajectory, states, balls) for balls in (0, BALLS)
+    ]
+    progress("control periods in the world", 0.6)
+    tables["one control period, all in: sensing, supervisors, force observer and controller"] = [
+        period_row(arm, tube, _balls(tube, balls)) for balls in (0, BALLS)
+    ]
     progress("tracking", 0.7)
     tables["tracking the arch of 5 s"] = [_tracking_row(arm, tube, *case) for case in _CASES]
     return tables
