@@ -29,7 +29,7 @@ class Measured:
     held : str or None
         Object between the pads now.
     slip : float, m
-        How far that has moved in the gripper since it was grasped, at most.
+        How far its middle, or what of it was between the pads, has moved in the gripper since it was grasped, at most.
     liquid : (S, 3), m, world frame
         Balls of the liquid now.
     speed : mapping of object to m/s, now

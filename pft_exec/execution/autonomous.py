@@ -165,15 +165,19 @@ def about_run(loop: ControlLoop) -> dict[str, str]:
 
 
 def end_figures(loop: ControlLoop, tube: FlowTube) -> dict[str, float]:
-    """The tool's end beside the tube's, m and rad; simulated time per computing time; how far a load slipped, m."""
+    """The tool's end beside the tube's, m and rad; simulated time per computing time; a load's slip and turn."""
     tool = loop.world.true_tool(loop.name)
     turned = 0.0 if tube.quaternion is None else float(geodesic_distance(tube.end.quaternion, tool.quaternion))
     return {
         "end_position_error": float(np.linalg.norm(tool.position - tube.end.position)),
         "end_rotation_error": turned,
         "real_time_factor": loop.real_time_factor,
-        **({} if loop.world.held(loop.name) is None else {"slip": loop.handling.slip}),
+        **({} if loop.world.held(loop.name) is None else _moved_in_gripper(loop)),
     }
+
+
+def _moved_in_gripper(loop: ControlLoop) -> dict[str, float]:
+    return {"slip": loop.handling.slip, "turned_in_gripper": loop.handling.turned}
 
 
 def judge_end(

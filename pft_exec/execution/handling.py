@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from pft_exec.description import Measured
-from pft_exec.geometry import Array, Pose
+from pft_exec.geometry import Array, Pose, geodesic_distance
 from pft_exec.model import Arm
 from pft_exec.simulation import World
 
@@ -36,6 +36,9 @@ class Handling:
         self.arm: Arm = self._bare
         self.held: str | None = None
         self.slip = 0.0
+        """m; most that the held object's middle, or what of it was at the tool, has moved against the tool."""
+        self.turned = 0.0
+        """rad; most that it has turned against the tool."""
         self._path: list[Array] = []
         self._since = self._seen = world.time
         self._grip: Pose | None = None
@@ -62,16 +65,25 @@ class Handling:
         self._since = self._seen = self._world.time
         self.arm = self._bare
         if held is not None:
-            self.slip = 0.0
+            self.slip = self.turned = 0.0
             self.arm = self._bare.with_payload(*self._world.load(held, self._name))
 
     def _watch_slip(self, now: float) -> None:
+        """Compare the object's pose in the tool's frame with the one it was grasped in.
+
+        What turns about the pads keeps the point between them and moves its middle; what turns about its middle, the
+        other way round: so both are looked at. What both pads do together, such as give way under a weight, counts.
+        """
         if self._grip is None:
             if now - self._since >= STEADY:
                 self._grip = self._pose_in_tool()
             return
-        moved = self._pose_in_tool().position - self._grip.position
-        self.slip = max(self.slip, float(np.linalg.norm(moved)))
+        now_in_tool = self._pose_in_tool()
+        motion = now_in_tool @ self._grip.inverse()
+        middle = float(np.linalg.norm(now_in_tool.position - self._grip.position))
+        between_pads = float(np.linalg.norm(motion.position))
+        self.slip = max(self.slip, middle, between_pads)
+        self.turned = max(self.turned, float(geodesic_distance(now_in_tool.quaternion, self._grip.quaternion)))
 
     def _pose_in_tool(self) -> Pose:
         """Of the held object."""

@@ -8,10 +8,8 @@ import pybullet
 from pft_exec.description import ObjectDescription
 from pft_exec.geometry import Pose
 from pft_exec.simulation.engine import Engine
+from pft_exec.simulation.pads import SPINNING
 from pft_exec.simulation.shapes import create_collision_shape, create_visual_shape, pieces_of
-
-SPINNING_FRICTION = 0.01
-"""Keeps a held object from turning about the line between the fingers; measured to hold."""
 
 
 class ObjectBody:
@@ -45,7 +43,7 @@ class ObjectBody:
             self.body,
             -1,
             lateralFriction=description.friction,
-            spinningFriction=SPINNING_FRICTION,
+            spinningFriction=SPINNING,
             rollingFriction=0.0,
             linearDamping=0.0,
             angularDamping=0.0,

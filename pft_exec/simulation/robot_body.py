@@ -19,10 +19,8 @@ from pft_exec.simulation.disturbance import Disturbance, Encoder, Mismatch
 from pft_exec.simulation.engine import Engine, simulation_errors
 from pft_exec.simulation.gripper import GripperDrive
 from pft_exec.simulation.joint_motors import JointMotors
-from pft_exec.simulation.object_body import SPINNING_FRICTION
+from pft_exec.simulation.pads import make_pad
 
-PAD_FRICTION = 1.0
-"""Of the fingers; the engine multiplies it with the object's: rubber pads hold from 0.8 on (measured)."""
 LEAST_PRESS = 0.5
 """N; a lighter touch is no grip."""
 
@@ -114,13 +112,7 @@ class RobotBody:
                 pybullet.changeDynamics(self.body, index, jointDamping=viscous, physicsClientId=self._client)
         for fingers in self._fingers.values():
             for index in self._indices[fingers]:
-                pybullet.changeDynamics(
-                    self.body,
-                    index,
-                    lateralFriction=PAD_FRICTION,
-                    spinningFriction=SPINNING_FRICTION,
-                    physicsClientId=self._client,
-                )
+                make_pad(self._client, self.body, index)
         self._motors.rub(self._indices, np.zeros(len(self._indices)))
 
     def _clear_commands(self) -> None:

@@ -15,7 +15,7 @@ from pft_exec.execution.grasping import GRIPPER_CLOSED, GripperReplay, GripperWa
 from pft_exec.execution.hand.hand_path import Hand, plan_hand_paths
 from pft_exec.execution.preparation import trade_places
 from pft_exec.execution.pursuit import Instant
-from pft_exec.geometry import Pose
+from pft_exec.geometry import Pose, quaternion_from_rotation_vector
 from pft_exec.learning import Motion, learn_motion
 from pft_exec.simulation import World
 
@@ -87,6 +87,20 @@ def test_slip_counts_from_where_the_object_was_grasped(table: World) -> None:
     table._contents.objects["bottle"].place(Pose(pose.position + np.array([0.0, 0.0, 0.005]), pose.quaternion))
     loop.handling.update()
     assert loop.handling.measured().slip == pytest.approx(0.005, abs=1e-4)
+
+
+@pytest.mark.parametrize("about", ["the pads", "its middle"])
+def test_what_turns_in_the_gripper_slips_wherever_it_turns_about(table: World, about: str) -> None:
+    prepare(table, "shake", seed=0)  # held 30 mm above its middle
+    loop = ControlLoop(table)
+    pose, tool, angle = table.scene["bottle"], table.true_tool(), 0.2
+    center = tool.position if about == "the pads" else pose.position
+    turn = Pose(np.zeros(3), quaternion_from_rotation_vector(angle * tool.rotation[:, 1]))
+    there = Pose(center) @ turn @ Pose(-center) @ pose
+    table._contents.objects["bottle"].place(there)
+    loop.handling.update()
+    assert loop.handling.slip == pytest.approx(2.0 * 0.03 * np.sin(0.5 * angle), abs=5e-4)
+    assert loop.handling.turned == pytest.approx(angle, abs=2e-3)
 
 
 def test_the_gripper_is_told_at_the_phase_of_the_event_and_the_reference_waits(table: World, reach: Motion) -> None:
