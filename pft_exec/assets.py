@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pft_exec.exceptions import UnknownRobotError, UnknownTaskError
+from pft_exec.exceptions import UnknownNameError, UnknownRobotError, UnknownTaskError
 
 _INSTALLED = Path(__file__).parent / "_assets"
 _ROOT = _INSTALLED if _INSTALLED.is_dir() else Path(__file__).parent.parent
@@ -25,13 +25,17 @@ def task_names() -> tuple[str, ...]:
     return _names("tasks", "task.toml")
 
 
-def _located(name_or_path: str | Path, marker: str) -> Path | None:
+def _file(kind: str, name_or_path: str | Path, missing: type[UnknownNameError]) -> Path:
+    """Path of a description; a name that ships with the package is never a folder that happens to lie here."""
+    marker, names = f"{kind}.toml", _names(f"{kind}s", f"{kind}.toml")
     path = Path(name_or_path)
     if path.is_file() and path.suffix == ".toml":
         return path.resolve()
-    if (path / marker).is_file() and (path.is_absolute() or len(path.parts) > 1):
+    if str(name_or_path) in names:
+        return _ROOT / f"{kind}s" / str(name_or_path) / marker
+    if (path / marker).is_file():
         return (path / marker).resolve()
-    return None
+    raise missing(kind, str(name_or_path), names, f"A path to a folder with a {marker} works too.")
 
 
 def robot_file(name_or_path: str | Path) -> Path:
@@ -42,13 +46,7 @@ def robot_file(name_or_path: str | Path) -> Path:
     UnknownRobotError
         If neither a shipped robot nor a path of the user's has that name.
     """
-    path = _located(name_or_path, "robot.toml")
-    if path is None and str(name_or_path) in robot_names():
-        path = _ROOT / "robots" / str(name_or_path) / "robot.toml"
-    if path is None:
-        hint = "A path to a folder with a robot.toml works too."
-        raise UnknownRobotError("robot", str(name_or_path), robot_names(), hint)
-    return path
+    return _file("robot", name_or_path, UnknownRobotError)
 
 
 def task_file(name_or_path: str | Path) -> Path:
@@ -59,10 +57,4 @@ def task_file(name_or_path: str | Path) -> Path:
     UnknownTaskError
         If neither a shipped task nor a path of the user's has that name.
     """
-    path = _located(name_or_path, "task.toml")
-    if path is None and str(name_or_path) in task_names():
-        path = _ROOT / "tasks" / str(name_or_path) / "task.toml"
-    if path is None:
-        hint = "A path to a folder with a task.toml works too."
-        raise UnknownTaskError("task", str(name_or_path), task_names(), hint)
-    return path
+    return _file("task", name_or_path, UnknownTaskError)
