@@ -26,7 +26,7 @@ from pft_exec.model import load_robot
 from pft_exec.simulation import World
 
 FLOORS = {"right": 97.0, "wrong": 0.5, "asked": 10.0, "finished": 95.0}
-"""Percent: at least, at most, at most, at least."""
+"""Percent of all runs: at least, at most, at most, at least."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,8 @@ def run_assistance_study(
     Returns
     -------
     dict
-        ``{"tables": {title: rows}}``: shares, percent, with their 95 % Wilson intervals, for each subject and motion.
+        ``{"tables": {title: rows}}``: shares, percent, with their 95 % Wilson intervals, for each subject and motion,
+        and what is asked of all runs together.
 
     Raises
     ------
@@ -104,7 +105,8 @@ def run_assistance_study(
         taught = give_lessons(subject.lessons, out / "lessons", jobs)
         demonstrations = [item for lesson in subject.lessons for item in taught[lesson]]
         done = _all_runs(subject, demonstrations, out / subject.name, runs, jobs, progress)
-        tables[f"assistance: {subject.robot}, {subject.task}"] = assistance_rows(done)
+        asked_for = {"motion": "floor", "runs": None} | {f"{name} %": value for name, value in FLOORS.items()}
+        tables[f"assistance: {subject.robot}, {subject.task}"] = [*assistance_rows(done), asked_for]
     report = {"tables": tables}
     (out / "assistance.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
     return report

@@ -119,11 +119,6 @@ class Candidates:
         """Tubes of all motions, world frame."""
         return {label: candidate.tube for label, candidate in self.by_label.items()}
 
-    @property
-    def is_renewing(self) -> bool:
-        """Whether tubes are being made for another scene or start."""
-        return self._renewal is not None
-
     def renew(self, scene: Scene, start: Pose) -> None:
         """Begin to make all tubes anew, in another scene or from another start; `work` goes on with it."""
         self._renewed = {}

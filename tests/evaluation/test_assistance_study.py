@@ -51,6 +51,7 @@ def test_an_interrupted_study_goes_on_where_it_stopped(pretended, tmp_path):
     rows = next(iter(report["tables"].values()))
     assert rows[0]["runs"] == 5
     assert rows[0]["right %"] == 100.0
+    assert (rows[-1]["motion"], rows[-1]["right %"]) == ("floor", 97.0)
     assert json.loads((tmp_path / "assistance.json").read_text()) == report
 
 

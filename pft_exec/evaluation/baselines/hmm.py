@@ -23,7 +23,6 @@ from pft_exec.demonstration import Demonstration
 from pft_exec.evaluation.trace import Trace, grouped, moving_axes, softmax
 from pft_exec.geometry import Array
 
-TOPOLOGIES = ("left_to_right", "ergodic")
 STATES = 3  # [Dong2012]_, section 6
 GAUSSIANS = 6  # [Dong2012]_, section 6
 STATE_CHOICES = (2, 3, 4, 5, 6, 8)  # among which BIC chooses
