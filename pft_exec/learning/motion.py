@@ -22,7 +22,7 @@ from pft_exec.learning.frames import object_names
 from pft_exec.learning.published_variables import find_published_variables, published_decisions
 from pft_exec.learning.report import describe
 from pft_exec.learning.robust import RobustMotion, generalize, learn_robust
-from pft_exec.learning.variables import ABSOLUTE, ENDS, START, MotionVariables
+from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, MotionVariables
 
 METHODS = ("dong2012", "robust")
 OVERRULED = (*ENDS, *(f"{end}.orientation" for end in ENDS))
@@ -120,8 +120,8 @@ def learn_motion(
     Raises
     ------
     LearningError
-        If there are fewer than two demonstrations, what is given is none, their labels or channels differ, or
-        `relevant` is no mapping of ends to frames.
+        If there are fewer than two demonstrations, what is given is none, their labels or channels differ, an object
+        has the name of a frame ("absolute", "start" or none), or `relevant` is no mapping of ends to frames.
     UnknownMethodError
         If the method does not exist.
     UnknownNameError
@@ -194,6 +194,11 @@ def _checked(given: Sequence[Demonstration]) -> tuple[Demonstration, ...]:
     labels = sorted({d.label for d in demonstrations})
     if len(labels) > 1:
         raise LearningError(f"the demonstrations of one motion carry one label; got {', '.join(labels)}.")
+    taken = sorted(name for name in object_names(demonstrations) if name in (ABSOLUTE, START, NONE))
+    if taken:
+        raise LearningError(
+            f"an object of {labels[0]!r} is named {taken[0]!r}, as a frame of every motion is, or none: rename it."
+        )
     if len({d.quaternion is None for d in demonstrations}) > 1:
         raise LearningError(f"either all demonstrations of {labels[0]!r} have an orientation or none has.")
     return demonstrations

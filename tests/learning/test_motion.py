@@ -168,3 +168,10 @@ def test_the_coach_asks_for_what_was_never_varied() -> None:
 def test_frames_that_are_no_names_are_refused() -> None:
     with pytest.raises(LearningError, match="relevant names the frames"):
         learn_motion(lesson("reach"), relevant={"end": 1})
+
+
+@pytest.mark.parametrize("name", ["absolute", "start", ""])
+def test_an_object_does_not_take_the_name_of_a_frame(name: str) -> None:
+    lessons = [replace(d, objects={name: d.objects["bottle"]}) for d in lesson("reach")]
+    with pytest.raises(LearningError, match="rename it"):
+        learn_motion(lessons)
