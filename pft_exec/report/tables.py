@@ -87,6 +87,16 @@ _UNITS = {
     "largest_torque": "N m",
     "largest_force_at_tool": "N",
     "median_tick": "s",
+    "end_position_error": "m",
+    "end_rotation_error": "rad",
+    "tube_goal_error": "m",
+    "tube_goal_rotation": "rad",
+    "slip": "m",
+    "join_time": "s",
+    "take_over_time": "s",
+    **{f"seam_{seam}_position": "rad" for seam in "12"},
+    **{f"seam_{seam}_velocity": "rad/s" for seam in "12"},
+    **{f"seam_{seam}_acceleration": "rad/s^2" for seam in "12"},
 }
 
 
@@ -94,8 +104,8 @@ def log_rows(log: ExecutionLog) -> list[Row]:
     """The same, a row each."""
     summary = log_summary(log)
     details, events = summary.pop("details"), summary.pop("events")
-    rows = [{"what": name.replace("_", " "), "value": v, "unit": _UNITS.get(name, "")} for name, v in summary.items()]
-    rows += [{"what": name.replace("_", " "), "value": value, "unit": ""} for name, value in details.items()]
+    named = [*summary.items(), *details.items()]
+    rows = [{"what": name.replace("_", " "), "value": v, "unit": _UNITS.get(name, "")} for name, v in named]
     return rows + [
         {"what": event["name"], "value": event["detail"], "unit": f"at {event['time']:.2f} s"} for event in events
     ]

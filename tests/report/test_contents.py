@@ -51,7 +51,8 @@ def test_a_run_is_told_with_its_figures_and_events(log: ExecutionLog) -> None:
     json.dumps(summary)
     rows = log_rows(log)
     assert {"what": "take_over", "value": "reach 0.99", "unit": "at 0.80 s"} in rows
-    assert next(row for row in rows if row["what"] == "duration")["unit"] == "s"
+    units = {row["what"]: row["unit"] for row in rows}
+    assert (units["duration"], units["end position error"]) == ("s", "m")
 
 
 def test_each_kind_of_file_is_known_by_what_it_says(
