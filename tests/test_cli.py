@@ -261,6 +261,20 @@ def test_a_study_runs_over_the_seeds_from_the_first(
     assert "end error" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("failed", "title"), [([], "no failures"), ([{"why": "fell over"}], "failures")])
+def test_a_study_without_failures_says_so(
+    failed: list[dict[str, str]],
+    title: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    report = fake_report(True) | {"motions": [{"motion": "wind"}], "failures": failed}
+    monkeypatch.setattr("pft_exec.evaluation.task_study.run_task_study", lambda *_, **__: report)
+    assert cli.run(["evaluate", "--task", "cable", "--robot", "wam", "--out", str(tmp_path)]) == 0
+    assert title in [line.strip() for line in capsys.readouterr().out.splitlines()]
+
+
 @pytest.mark.parametrize("command", ["reproduce", "benchmark"])
 def test_tables_are_printed_one_after_another(
     command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -82,7 +82,8 @@ def evaluate(
                 jobs=jobs,
                 progress=advance,
             )
-            tables = {"motions": report["motions"], "failures": report["failures"]}
+            failed = report["failures"]
+            tables = {"motions": report["motions"], "failures" if failed else "no failures": failed}
     _report_figures(report, tables, out, strict, as_json)
 
 
