@@ -38,14 +38,16 @@ INSTANTS, INTERVAL = 24, 0.125
 """So many instants, s apart, are looked at: three seconds. A ball of 0.3 m/s moves by its radius in between."""
 POLE = 8.0
 """1/s; a: a step is done within 0.7 s, which gains of a wide tube follow."""
-ROOM = 0.035
-"""m; d_r: where the rows' approach ends, and what the links' displacement to first order misses."""
+ROOM = 0.03
+"""m; d_r: where the rows' approach ends. A step that leaves so much is never pushed on by them."""
 SHORT = 0.005
 """m; d_s: lacking this much of the room at one instant costs as much as a step of one deviation."""
 LOYALTY = 0.1
 """kappa."""
-LARGEST, FINEST = 3.0, 0.25
+LARGEST, COARSE = 3.0, 0.5
 """Deviations: of the largest step, and between candidates."""
+FINE = (0.05, 0.1, 0.25)
+"""Deviations by which the last choice is improved along each axis."""
 NARROW, NARROWER = 0.01, 1.0 / 3.0
 """m, and share of the widest axis: what is narrower than either is no room to step aside."""
 _NOTHING = 1e-6  # deviations below which there is no step
@@ -157,7 +159,7 @@ class Sidestep:
         self.wanted = candidates[int(np.argmin(cost + lacking / SHORT**2))]
 
     def _candidates(self) -> Array:
-        """Steps (C, 3), deviations: none, and of all sizes along the axes in which the tube is wide, and between."""
+        """Steps (C, 3), deviations: none, the last choice and what is near it, and all along wide axes and between."""
         variance, axes = np.linalg.eigh(np.mean(self._spread @ self._spread, axis=0))
         widest = float(np.sqrt(variance[-1]))
         wide = axes[:, np.sqrt(np.maximum(variance, 0.0)) >= max(NARROW, NARROWER * widest)]
@@ -165,8 +167,12 @@ class Sidestep:
             return np.zeros((1, 3))
         signs = np.array([s for s in product((-1.0, 0.0, 1.0), repeat=wide.shape[1]) if any(s)])
         directions = signs @ wide.T / np.linalg.norm(signs, axis=1)[:, None]
-        sizes = np.arange(FINEST, LARGEST + 0.5 * FINEST, FINEST)
-        return np.concatenate([np.zeros((1, 3)), (sizes[:, None, None] * directions).reshape(-1, 3)])
+        sizes = np.arange(COARSE, LARGEST + 0.5 * COARSE, COARSE)
+        kept = wide @ (wide.T @ self.wanted)
+        changes = np.concatenate([sign * size * wide.T for sign in (-1.0, 1.0) for size in FINE])
+        coarse = (sizes[:, None, None] * directions).reshape(-1, 3)
+        steps = np.concatenate([np.zeros((1, 3)), kept[None], kept + changes, coarse])
+        return np.ascontiguousarray(steps[np.linalg.norm(steps, axis=1) <= LARGEST + 1e-9])
 
     def _followed(self, period: float, spread: Array) -> Shift | None:
         """Shift that follows the choice over one period, s, where the tube has a spread (3, 3), m."""

@@ -120,6 +120,17 @@ def test_a_path_that_would_change_sides_through_the_ball_lacks_more(side):
     assert lacking[int(side < 0.0)] > 0.05**2
 
 
+def test_a_step_is_no_larger_than_what_lacks_and_never_beyond_the_largest(arm, tube, trajectory):
+    """Looked at again and again, the choice comes to the least step that leaves the room, whatever came first."""
+    middle = 0.5 * tube.time[-1]
+    ball = Obstacle("ball", Sphere(0.04), Pose(tube.position[len(tube) // 2] + np.array([0.0, 0.07, 0.0])))
+    sidestep, _ = choose(arm, trajectory, compute_compliance(tube), [ball], middle + np.linspace(0.0, 0.01, 8))
+    assert 0.0 < -sidestep.wanted[1] < 1.0
+    huge = Obstacle("huge", Sphere(0.5), Pose(tube.position[len(tube) // 2]))
+    sidestep, _ = choose(arm, trajectory, compute_compliance(tube), [huge], middle + np.linspace(0.0, 0.01, 8))
+    assert np.linalg.norm(sidestep.wanted) <= LARGEST + 1e-9
+
+
 def test_nothing_is_shifted_where_nothing_comes_near_or_the_tube_is_narrow(arm, tube, trajectory):
     far = Obstacle("far", Sphere(0.04), Pose(tube.position[0] + np.array([0.0, 1.0, 0.0])))
     shelf = Obstacle("shelf", Box((0.4, 0.4, 0.02)), Pose(tube.position[0] - np.array([0.0, 0.0, 0.35])))
