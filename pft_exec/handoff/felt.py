@@ -14,6 +14,9 @@ SMOOTHING_SPEED = 0.05
 """rad/s; the sign of a slower measured velocity is uncertain."""
 
 
+_LEAST_NOISE = 1e-10  # N^2 s^2; added in every direction
+
+
 @njit(cache=True, fastmath=False)
 def passive_torque(springs: Array, bias: Array, coulomb: Array, viscous: Array, v: Array) -> Array:
     """Torque (n,), N m, of everything but the motors and what is outside."""
@@ -116,23 +119,45 @@ def follow_means(mean: Array, mean_force: Array, variance: float, torque: Array,
 
 @njit(cache=True, fastmath=False)
 def gather(
-    total: Array, before: Array, force: Array, usual: Array, allowed: float, period: float
-) -> tuple[float, float]:
+    total: Array, before: Array, change: Array, force: Array, usual: Array, allowed: float, period: float
+) -> float:
     """Add a force (3,), N, beyond what is usual for a period, s, to an impulse (3,), N s, but for what is allowed, N.
 
-    In place; also of the force (3,) before. Returns the impulse's size and the square of the force's change, N^2.
+    In place; also of the force (3,) before, and of its change (3,), N. Returns the size of the impulse.
     """
-    square, change = 0.0, 0.0
+    square = 0.0
     for k in range(len(total)):
         total[k] += period * (force[k] - usual[k])
         square += total[k] ** 2
-        change += (force[k] - before[k]) ** 2
+        change[k] = force[k] - before[k]
         before[k] = force[k]
     size = math.sqrt(square)
     left = max(size - period * allowed, 0.0)
     for k in range(len(total)):
         total[k] *= left / max(size, 1e-12)
-    return left, change
+    return left
+
+
+@njit(cache=True, fastmath=False)
+def follow_scatter(scatter: Array, change: Array, share: float) -> None:
+    """Let the scatter (3, 3), N^2, of changes (3,), N, follow by a share, in place."""
+    for i in range(len(change)):
+        for j in range(len(change)):
+            scatter[i, j] += share * (change[i] * change[j] - scatter[i, j])
+
+
+@njit(cache=True, fastmath=False)
+def standing_out(total: Array, noise: Array) -> float:
+    """Deviations of its noise (3, 3), N^2 s^2, by which an impulse (3,), N s, stands out."""
+    factor, rest = noise.copy(), total.copy()
+    for k in range(len(total)):
+        factor[k, k] += _LEAST_NOISE
+    factorize(factor)
+    substitute_forward(factor, rest)
+    square = 0.0
+    for k in range(len(rest)):
+        square += rest[k] ** 2
+    return math.sqrt(square)
 
 
 @njit(cache=True, fastmath=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pft_exec.handoff.sudden_push import IMPULSE, SuddenPush
+from pft_exec.handoff.sudden_push import IMPULSE, OUTSTANDING, SuddenPush
 
 PERIOD, ALLOWED = 0.001, 15.0
 QUIET = np.zeros((100, 3))
@@ -48,7 +48,7 @@ def test_noise_of_the_velocities_does_not_pile_up_and_is_told_from_a_push():
     still = noise(generator, 0.004, 5000)
     push = SuddenPush(hold_time=0.002)
     assert found(still, push) == []
-    assert push.least_impulse(PERIOD) > 2.0 * IMPULSE
+    assert push.outstanding(2.0 * IMPULSE * AXIS, PERIOD) < OUTSTANDING
     pushed = np.vstack([still, noise(generator, 0.004, 100) + 40.0 * AXIS])
     assert 5000 < found(pushed)[0] <= 5010
 
@@ -66,3 +66,17 @@ def test_what_is_usual_is_no_part_of_a_push():
     push, usual = SuddenPush(hold_time=0.002), 9.0 * AXIS
     assert not any(push.update(PERIOD * k, 20.0 * AXIS, usual, ALLOWED) for k in range(500))
     assert any(push.update(PERIOD * (500 + k), 31.0 * AXIS, usual, ALLOWED) for k in range(5))
+
+
+def test_a_push_across_the_heavy_direction_is_found_though_the_noise_along_it_is_large():
+    """Three times the noise along x does not delay a push along z, and is no push by itself."""
+    generator = np.random.default_rng(5)
+    scale, push = np.array([3.0, 1.0, 1.0]), SuddenPush(hold_time=0.002)
+    still = scale * noise(generator, 0.003, 20000)
+    assert found(still, push) == []
+    along = {}
+    for axis in (0, 2):
+        pushed = scale * noise(generator, 0.003, 100) + 25.0 * np.eye(3)[axis]
+        along[axis] = found(np.vstack([still[:2000], pushed]), SuddenPush(hold_time=0.002))[0] - 2000
+    assert 0 < along[2] <= 10
+    assert along[0] >= along[2] + 5
