@@ -24,8 +24,8 @@ IMPULSE = 0.01
 NOISE_TIME = 0.3
 """s over which the noise of the felt force is averaged."""
 OUTSTANDING = 6.0
-"""Standard deviations of the impulse of noise, in its own metric, by which a push stands out. With 5 a push is found 1 to
-5 ms sooner, but a lasting 14 N of the 15 that are allowed is taken for one often (measured, encoders of 1e-4 rad)."""
+"""Standard deviations of the impulse of noise, in its own metric, by which a push stands out. With 5 one is found up to
+5 ms sooner, but a lasting 14 N of the 15 that are allowed is often taken for one (measured, encoders of 1e-4 rad)."""
 LEARNING = 20
 """Control periods until the noise is known well enough."""
 
