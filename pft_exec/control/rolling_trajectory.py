@@ -222,6 +222,8 @@ class TakenUp:
         Speed relative to the tube's own; lowered where what is known of the path asks for it.
     starting : float, s
         Clock time in which it comes up to this speed; 0 where the motion is under way.
+    onset : float
+        Share of this speed, in [0, 1], from which it comes up.
 
     Raises
     ------
@@ -229,13 +231,16 @@ class TakenUp:
         If the pace is not positive.
     """
 
-    def __init__(self, path: RollingTrajectory, begin: float, pace: float = 1.0, starting: float = 0.0) -> None:
+    def __init__(
+        self, path: RollingTrajectory, begin: float, pace: float = 1.0, starting: float = 0.0, onset: float = 0.0
+    ) -> None:
         if not pace > 0.0:
             raise ControlError(f"pace must be positive; got {pace}.")
         tube = path.tube
         rate = min(pace, path.highest_rate)
         self.path = path
-        self.time_law = TimeLaw(float(np.clip(begin, path.begin, tube.end)), tube.end, rate, tube.stopping, starting)
+        begin = float(np.clip(begin, path.begin, tube.end))
+        self.time_law = TimeLaw(begin, tube.end, rate, tube.stopping, starting, onset)
 
     @property
     def duration(self) -> float:

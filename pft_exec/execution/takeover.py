@@ -1,16 +1,22 @@
 """Taking over: planned once, a jerk-limited transition onto the tube and the tube to its end.
 
 What `execute` does from a standstill and `assist` in the middle of a person's motion; a `Pursuit` carries it out.
+
+A transition that chases a quick tube may cut off what the tube does meanwhile, such as the far end of a swing, for the
+tube itself needs most of what the joints can accelerate. It matters more that the tool comes through all the places of
+the tube than when. So where the tool's way to the join and the tube's are far apart, whatever the time at which either
+is where, the tube's clock begins slower and comes up to its pace as the transition goes on.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import accumulate
 
 import numpy as np
 
 from pft_exec.control import Compliance, JointReference, RollingTrajectory, TakenUp
-from pft_exec.execution.candidates import Candidate
+from pft_exec.execution.candidates import BEHIND, Candidate
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.geometry import Array
 from pft_exec.handoff import JointState, Transition, plan_transition
@@ -20,6 +26,15 @@ from pft_exec.model import Arm
 REACH = (0.02, 0.1)
 """m, rad; a tube from which the arm's nearest path strays farther is beyond its reach."""
 _LOOKS = 12  # at a transition, to see how far it strays
+_POINTS = 32  # of either way to the join
+APART = 0.01
+"""m; by how much more than the tool is off the tube now its way to the join may be apart from the tube's."""
+ONSETS = (0.75, 0.5)
+"""Shares of the pace from which the tube's clock comes up, tried where the ways are too far apart at full pace."""
+EASING = 1.0
+"""s in which the clock then comes up. Measured in four take-overs of shakes: the ways are apart by 28 to 94 mm at
+full pace, by 8 to 20 with the best onset over 0.6 s, by less than 5 with one of these over 1 s; and joins come sooner.
+"""
 SPEED_SHARE = 0.95
 """Share of each joint's velocity limit that a transition may use; the rest is for the feedback of an arm that is not as
 modeled. More than a tube may ask for itself (`joint_trajectory.LIMIT_SHARE`), which it has to meet."""
@@ -78,6 +93,26 @@ class Takeover:
         distance: Array = np.linalg.norm(away, axis=1)
         return distance
 
+    def detour(self, arm: Arm) -> float:
+        """How far the tool's way to the join and the tube's are apart, m, beyond what the tool is off the tube now.
+
+        The Fréchet distance of two curves, on points of them: what the transition passes over counts, where it goes
+        besides, and what it goes twice, but not when. The tube's way begins where it was nearest the tool.
+        """
+        times = np.linspace(0.0, self.transition.duration, _POINTS)
+        tool = np.array([arm.forward(self.transition.at(time)[0]).position for time in times])
+        tube = np.array([arm.forward(self.trajectory.at(time).configuration).position for time in times])
+        lately = self._tube_before(arm)
+        nearest = int(np.argmin(np.linalg.norm(lately - tool[0], axis=1)))
+        apart = np.linalg.norm(tool[:, None] - np.concatenate([lately[nearest:], tube]), axis=2)
+        return frechet_distance(apart) - float(apart[0, 0])
+
+    def _tube_before(self, arm: Arm) -> Array:
+        """Where the tube had the tool lately, (`_LOOKS`, 3), m: one that has fallen behind is not off it."""
+        path, now = self.trajectory.path, self.trajectory.time_law.begin
+        lately = np.linspace(max(now - BEHIND, path.begin), now, _LOOKS)
+        return np.array([arm.forward(path.reference(theta, 0.0, 0.0).configuration).position for theta in lately])
+
     def jumps(self) -> dict[str, float]:
         """Largest jumps of the commanded joints at both seams: position (rad), velocity, acceleration.
 
@@ -94,6 +129,22 @@ class Takeover:
             for seam, (before, after) in seams.items()
             for k, name in enumerate(names)
         }
+
+
+def frechet_distance(apart: Array) -> float:
+    """Discrete Fréchet distance of two sequences of points whose distances (K, M) are given, in their unit.
+
+    The least that the longest leash can be when both are walked from end to end and nobody turns back; the recursion
+    over pairs of points of Eiter and Mannila (1994).
+    """
+    rows = apart.tolist()
+    longest = list(accumulate(rows[0], max))
+    for row in rows[1:]:
+        reached = [max(longest[0], row[0])]
+        for column in range(1, len(row)):
+            reached.append(max(row[column], min(longest[column], longest[column - 1], reached[column - 1])))
+        longest = reached
+    return float(longest[-1])
 
 
 def _state(reference: JointReference) -> JointState:
@@ -123,15 +174,27 @@ def plan_takeover(
         As last commanded; None: the arm floated.
     starting : float, s
         From a standstill, the time in which the tube comes up to its speed: a transition that chased it instead would
-        pass over what the motion begins with.
+        pass over what the motion begins with. 0: the tube is met in motion.
     """
     q, v = loop.sense()
-    commanded = np.zeros(len(q)) if acceleration is None else acceleration
+    state = q, v, np.zeros(len(q)) if acceleration is None else acceleration
+    candidate.path(phase).extend_until(candidate.tube_time(phase))
+    takeover = _planned(loop, candidate, phase, state, (pace, starting, 0.0))
+    if starting > 0.0 or takeover.reason or takeover.detour(loop.arm) <= APART:
+        return takeover
+    slower = [_planned(loop, candidate, phase, state, (pace, EASING, onset)) for onset in ONSETS]
+    possible = [takeover, *(plan for plan in slower if not plan.reason)]
+    return min(possible, key=lambda plan: plan.detour(loop.arm))
+
+
+def _planned(
+    loop: ControlLoop, candidate: Candidate, phase: float, state: JointState, clock: tuple[float, float, float]
+) -> Takeover:
+    """The plan from a state, with a clock of the tube: its pace, the time it comes up in, s, and its onset."""
     path = candidate.path(phase)
-    path.extend_until(candidate.tube_time(phase))
-    trajectory = TakenUp(path, candidate.tube_time(phase), pace, starting)
+    trajectory = TakenUp(path, candidate.tube_time(phase), *clock)
     limits = replace(loop.arm.limits, velocity=SPEED_SHARE * loop.arm.limits.velocity)
-    transition = plan_transition((q, v, commanded), lambda t: _state(trajectory.at(t)), limits)
+    transition = plan_transition(state, lambda t: _state(trajectory.at(t)), limits)
     reason = beyond_reach(path, candidate.label, loop.name) or ("" if transition.found else transition.reason)
     return Takeover(trajectory, transition, candidate, phase, reason)
 

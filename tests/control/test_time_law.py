@@ -7,7 +7,13 @@ import pytest
 
 from pft_exec.control.time_law import TimeLaw
 
-LAWS = [TimeLaw(0.0, 2.0), TimeLaw(0.5, 2.0, 0.7, 0.4), TimeLaw(1.9, 2.0, 1.5, 0.5), TimeLaw(0.2, 2.0, 0.8, 0.1, 0.3)]
+LAWS = [
+    TimeLaw(0.0, 2.0),
+    TimeLaw(0.5, 2.0, 0.7, 0.4),
+    TimeLaw(1.9, 2.0, 1.5, 0.5),
+    TimeLaw(0.2, 2.0, 0.8, 0.1, 0.3),
+    TimeLaw(0.2, 2.0, 0.8, 0.1, 0.3, 0.4),
+]
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -46,3 +52,12 @@ def test_a_start_that_has_no_room_beside_the_stop_is_shortened() -> None:
     law = TimeLaw(0.0, 0.1, 1.0, 0.5, 0.3)
     assert law.at(0.0)[0] == pytest.approx(0.0)
     assert law.at(law.duration)[0] == 0.1
+
+
+def test_it_comes_up_from_a_share_of_its_rate() -> None:
+    law = TimeLaw(0.0, 2.0, 0.8, 0.4, 0.3, 0.5)
+    assert law.at(0.0) == (0.0, pytest.approx(0.4), 0.0)
+    assert law.at(0.3)[:2] == pytest.approx((0.8 * (0.3 - 0.5 * 0.5 * 0.3), 0.8))
+    assert law.at(law.duration - 1e-9)[0] == pytest.approx(2.0)
+    assert TimeLaw(0.0, 2.0, 0.8, 0.4, 0.3, 1.0).at(0.1) == TimeLaw(0.0, 2.0, 0.8, 0.4).at(0.1)
+    assert TimeLaw(0.0, 0.1, 1.0, 0.5, 0.3, 0.5).at(0.0)[0] == pytest.approx(0.0)
