@@ -2,6 +2,17 @@
 
 In the flow: holds what changes with each sample. State: for each tube a distribution over (pace, phase); for the stream
 the motion's clock and the last direction. Time and memory of a sample do not grow with elapsed time.
+
+How far a hand is beside a tube changes slowly: such a residual r is much like an Ornstein-Uhlenbeck process of a
+correlation time c, and the quadratic form of its log density over a time T is
+
+    (r(0)^2 + r(T)^2) / 2 + 1 / (2 c) (integral of r^2 dt) + c / 2 (integral of r'^2 dt).
+
+The integral of r^2 is the filter's evidence, 1 / (2 c) being `PhaseSettings.evidence` a motion; that of r'^2 is for the
+direction to say. What the sum over samples leaves out is the boundary: the present sample counts half an observation of
+its own. It does not add up; each sample makes it anew. Left out, a hand that has just gone another way is believed on
+the old one for as long as the sum remembers. At the other boundary every tube is where the hand is, so that the
+present counts the less, the less was seen since.
 """
 
 from __future__ import annotations
@@ -55,7 +66,7 @@ class PhaseFilter:
         self._presence = np.zeros(components)
         self._pending = np.zeros(components)
         self._low, self._high = np.zeros(components, np.int64), np.zeros(components, np.int64)
-        self._out = np.zeros((4, components))
+        self._out = np.zeros((5, components))
         self._comparisons: dict[tuple[bool, bytes], tuple[Array, int]] = {}
         self._quaternion = np.zeros(4)
         self._sample = np.zeros(10)
@@ -130,7 +141,7 @@ class PhaseFilter:
         model, count = self.model, len(self.model.labels)
         density = model.speeds.at(self._clock.direction)
         weigh_presence(model.offset, self._low, self._high, self._state, density, self._presence)
-        evidence = self._evidence + self._presence
+        evidence = self._evidence + self._presence + self._worth_of_present() * self._out[4]
         likelihood = evidence[:count]
         if len(evidence) > count:
             likelihood = 0.5 * likelihood + 0.5 * self._mixture(evidence)
@@ -141,6 +152,11 @@ class PhaseFilter:
             self._out[2, :count] / self._pace(phase),
             model.strangeness.probability(self._distance, self._weight),
         )
+
+    def _worth_of_present(self) -> float:
+        """Independent observations that the present sample counts for, beside its share of the motion's."""
+        most, seen = self._settings.present, self._weight
+        return most * seen / (most + seen) if seen > 0.0 else 0.0
 
     def _mixture(self, evidence: Array) -> Array:
         """(M,): log of the mean likelihood over the demonstrations of each tube."""
@@ -163,7 +179,7 @@ class PhaseFilter:
     def replace(self, tubes: Sequence[FlowTube]) -> None:
         """Go on with other tubes; each filter keeps its distribution over pace and phase, and its evidence."""
         before, state, low, high = self.model, self._state, self._low, self._high
-        evidence, pending, offset = self._evidence, self._pending, self._offset
+        evidence, pending, offset, said = self._evidence, self._pending, self._offset, self._out[4]
         self._adopt(build_phase_model(tubes, self._settings))
         self._evidence, sources = np.zeros(len(self.model.tube)), []
         for j, (m, first, length) in enumerate(zip(self.model.tube, self.model.offset, self.model.length, strict=True)):
@@ -175,6 +191,7 @@ class PhaseFilter:
                 new[r] = np.bincount(places, old[r], int(length))
             self._low[j], self._high[j] = places[low[source]], places[high[source]]
             self._pending[j], self._evidence[j] = pending[source], evidence[source]
+            self._out[4, j] = said[source]
             sources.append(source)
             self._out[1, j] = np.arange(length) @ new.sum(axis=0) / max(int(length) - 1, 1)
             self._out[2, j] = self.model.left[first : first + length] @ new.sum(axis=0)

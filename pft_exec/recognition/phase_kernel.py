@@ -186,15 +186,16 @@ def _weigh(mass, spent, log_scale, extra, weight, negligible, score, spare):  # 
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _sum_up(mass, spent, left):  # type: ignore[no-untyped-def]
-    """Mass, and sums weighted by it: steps from the window's begin, time left, cost of the distance."""
-    total, phase, remaining, distance = 0.0, 0.0, 0.0, 0.0
+def _sum_up(mass, spent, log_scale, extra, left):  # type: ignore[no-untyped-def]
+    """Mass, and sums weighted by it: steps from the window's begin, time left, cost of the distance, log density."""
+    total, phase, remaining, distance, density = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(mass)):
         total += mass[k]
         phase += mass[k] * k
         remaining += mass[k] * left[k]
         distance += mass[k] * spent[k]
-    return total, phase, remaining, distance
+        density += mass[k] * (log_scale[k] + extra[k])
+    return total, phase, remaining, distance, density - distance
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -225,7 +226,10 @@ def filter_sample(  # type: ignore[no-untyped-def]
     sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible,
     state, spare, pending, low, high, out,
 ):  # fmt: skip
-    """Filter one sample through every component; `out` rows: log evidence, phase, time left (s), mean distance."""
+    """Filter one sample through every component.
+
+    Rows of `out`: log evidence, phase, time left (s), mean distance, mean log density of the sample.
+    """
     for j in range(len(offset)):
         first, count = offset[j], length[j]
         pending[j] += elapsed
@@ -239,10 +243,13 @@ def filter_sample(  # type: ignore[no-untyped-def]
         _square(begin, end, sample, mean, white, gain, turned, signals, heard, signal_mean, signal_scale, spent)
         _spend(spent, freedom[j], 0.5 * (freedom[j] + size), room)
         top = _weigh(mass, spent, log_scale[begin:end], extra[begin:end], weight, negligible, score, room)
-        total, phase, remaining, distance = _sum_up(mass, spent, left[begin:end])
+        total, phase, remaining, distance, density = _sum_up(
+            mass, spent, log_scale[begin:end], extra[begin:end], left[begin:end]
+        )
         _condition(state, begin, end, score, 1.0 / total)
         out[0, j] = top + np.log(total)
         out[1, j] = min((low[j] + phase / total) / max(count - 1, 1), 1.0)
         out[2, j] = remaining / total
         out[3, j] = distance / total
+        out[4, j] = density / total
         low[j], high[j] = _possible(mass, low[j], high[j])

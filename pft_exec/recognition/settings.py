@@ -16,6 +16,10 @@ class PhaseSettings:
         counts each of them is far too sure of itself (expected calibration error 16 % instead of 4 %).
     first_evidence : float
         Of them, what the first sample is worth.
+    present : float
+        Independent observations that the present sample is worth beside its share of the motion's: one half for a
+        residual that changes like an Ornstein-Uhlenbeck process (see `phase_filter`); 0.3 serves as well. It is worth
+        half of that where no more than that was seen so far.
     window : float
         Over which the direction of motion is taken, as a share of the median duration.
     direction_weight, direction_softness : float
@@ -61,6 +65,7 @@ class PhaseSettings:
 
     evidence: float = 5.0
     first_evidence: float = 0.05
+    present: float = 0.5
     window: float = 0.03
     direction_weight: float = 0.4
     direction_softness: float = 0.01

@@ -17,7 +17,7 @@ class ReferenceFilter:
         self.pending = np.zeros(len(self.parts))
 
     def update(self, row, elapsed, weight):
-        """Log evidence, phase, time left and mean distance of each component: (4, J)."""
+        """Log evidence, phase, time left, mean distance and mean log density of each component: (5, J)."""
         results = []
         for j, part in enumerate(self.parts):
             self.pending[j] += elapsed
@@ -48,12 +48,13 @@ class ReferenceFilter:
         heard = np.zeros(0, dtype=bool)
         size = model.size(turned, heard)
         spent = 0.5 * (model.freedom[j] + size) * np.log1p(square / model.freedom[j])
-        joint = self.state[j] * np.exp(weight * (model.log_scale(turned, heard)[part] - spent))
+        density = model.log_scale(turned, heard)[part] - spent
+        joint = self.state[j] * np.exp(weight * density)
         total = joint.sum()
         self.state[j] = joint / total
         mass = self.state[j].sum(axis=0)
         steps = np.arange(len(mass))
-        return np.log(total), mass @ steps / (len(mass) - 1), mass @ model.left[part], mass @ spent
+        return np.log(total), mass @ steps / (len(mass) - 1), mass @ model.left[part], mass @ spent, mass @ density
 
     def squares(self, part, row):
         model = self.model

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,32 @@ def test_the_kernel_equals_the_plain_sums(turn, spread_start):
         expected = reference.update(filtered._sample, elapsed, weight)
         np.testing.assert_allclose(filtered._out, expected, rtol=1e-9, atol=1e-9)
         time += float(rng.uniform(0.005, 0.06))
+
+
+def _forked(bend):
+    """A line whose last two fifths bend off."""
+    tube = line(f"bend {bend:g}", [1.0, 0.0, 0.0])
+    off = bend * np.maximum(np.linspace(0.0, 1.0, len(tube)) - 0.6, 0.0)[:, None] * np.array([0.0, 1.0, 0.0])
+    aligned = type(tube.aligned)(tube.aligned.position + off, None, tube.aligned.time)
+    return replace(tube, position=tube.position + off, aligned=aligned)
+
+
+def test_a_hand_that_takes_the_other_branch_is_believed_sooner_for_where_it_is_now():
+    """Two motions begin alike, and a hand that was a little nearer to the one takes the other: 0.9 comes sooner."""
+    tubes, surely = [_forked(0.0), _forked(0.3)], []
+    for present in (0.0, 0.5):
+        beliefs = stream(OnlineRecognizer(tubes, settings=PhaseSettings(present=present)), tubes[1], bend=(0, -0.01, 0))
+        right = [belief.probability[tubes[1].label] > 0.9 for belief in beliefs]
+        surely.append(len(right) - int(np.argmin(right[::-1])) if not all(right) else 0)
+    assert surely[1] < surely[0] - 2
+
+
+def test_the_present_sample_does_not_add_up():
+    """A hand that stands beside both motions for five seconds is believed no more on either than when it came there."""
+    tubes = [line("a", [1.0, 0.0, 0.0]), line("b", [1.0, 0.12, 0.0], seed=1)]
+    recognizer, path = OnlineRecognizer(tubes), tubes[0].position
+    beliefs = [recognizer.update(0.02 * n, path[min(n, 40)]) for n in range(40 + 250)]
+    assert beliefs[-1].probability["a"] == pytest.approx(beliefs[44].probability["a"], abs=0.05)
 
 
 def test_forgetting_negligible_phases_changes_little():
