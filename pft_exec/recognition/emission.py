@@ -132,6 +132,11 @@ def predictive(scatter: Array, count: int, expected: Array, strength: float) -> 
     return result
 
 
+def tail_freedom(count: int, settings: PhaseSettings) -> float:
+    """Degrees of freedom of the Student t that `count` demonstrations leave."""
+    return min(settings.prior_strength + max(count, 1) - 1.0, settings.most_freedom)
+
+
 def whitened(covariance: Array, kept: Mask) -> tuple[Array, Array]:
     """Rows of B inverse Cholesky factors (6 B, N), zero where an axis does not count, and log determinants (B, N).
 
@@ -190,4 +195,4 @@ def emission(evidence: TubeEvidence, prior: Prior, tube: int, settings: PhaseSet
     covariance = covariance + _excess(evidence, covariance, kept)
     cross = predictive(evidence.cross, count, prior.cross[tube], strength)
     white, log_determinant, gain = coupled(covariance, cross, kept)
-    return Emission(white, gain, log_determinant, strength + max(count, 1) - 1)
+    return Emission(white, gain, log_determinant, tail_freedom(count, settings))

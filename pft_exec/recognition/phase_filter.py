@@ -52,6 +52,7 @@ class PhaseFilter:
         self._clock = MotionClock(model.constants, 7 + len(model.scales.signals))
         self._evidence = np.zeros(len(model.tube))
         self._distance = np.zeros(len(model.labels))
+        self._far = np.zeros(len(model.labels))
         self._weight = 0.0
         self._state[:, model.offset] = model.prior[:, None]
 
@@ -102,7 +103,8 @@ class PhaseFilter:
             self._state, self._spare, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]
-        self._distance += (weight / size) * self._out[3, : len(model.labels)]
+        self._far = self._out[3, : len(model.labels)] / size
+        self._distance += weight * self._far
         return self.scores()
 
     def _begin_at(self, position: Array) -> None:
@@ -150,7 +152,7 @@ class PhaseFilter:
             likelihood,
             phase,
             self._out[2, :count] / self._pace(phase),
-            model.strangeness.probability(self._distance, self._weight),
+            model.strangeness.probability(self._distance, self._weight, self._far),
         )
 
     def _worth_of_present(self) -> float:

@@ -26,6 +26,9 @@ class PhaseSettings:
         How many extents a turn of 1 rad of the direction counts; below which displacement (in extents) it fades.
     prior_strength : float
         Degrees of freedom of the normal-inverse-Wishart prior around the pooled variance profile.
+    most_freedom : float
+        Of the Student t, however many demonstrations there are (8 is that of five of them): they say how wide a tube
+        is, not that people, and tubes of new scenes, err as a Gaussian does.
     floor : float
         Standard deviation that no position undercuts, in extents. A large one blinds the first tenth of a motion.
     rotation_floor, signal_floor : float
@@ -70,6 +73,7 @@ class PhaseSettings:
     direction_weight: float = 0.4
     direction_softness: float = 0.01
     prior_strength: float = 4.0
+    most_freedom: float = 8.0
     floor: float = 0.002
     rotation_floor: float = 0.01
     signal_floor: float = 0.01

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pft_exec.geometry import Array
-from pft_exec.recognition.emission import Prior, coupled, covariances, predictive
+from pft_exec.recognition.emission import Prior, coupled, covariances, predictive, tail_freedom
 from pft_exec.recognition.evidence import TubeEvidence
 from pft_exec.recognition.settings import PhaseSettings
 
@@ -21,6 +21,9 @@ _LEAST_DEVIATION = 0.25  # of the logarithm of a known motion's strangeness
 _USUAL = 0.3  # logarithm of how much stranger a new motion is than one that the tube was aligned to
 _MARGIN = 1.5  # of those deviations from a usual motion to the threshold
 _STEEPNESS = 0.5  # of them, over which known turns to unknown
+_PRESENT = (
+    0.2  # independent observations that the present sample is worth; more, and a known hand's last sample is strange
+)
 _HELD = 0.7  # independent observations of a usual motion that each stream begins with
 
 
@@ -39,7 +42,7 @@ class Strangeness:
     log_threshold: float
     log_width: float
 
-    def probability(self, distance: Array, weight: float) -> Array:
+    def probability(self, distance: Array, weight: float, present: Array) -> Array:
         """(M,): probability that the stream is none of the library, were it nearest to each motion.
 
         Parameters
@@ -48,15 +51,18 @@ class Strangeness:
             Weighted sum of squared distances an axis along the filter's phase.
         weight : float
             Sum of the weights, in independent observations.
+        present : (M,)
+            Squared distance an axis of the present sample.
         """
-        ratio = (distance / self.reference + _HELD) / (weight + _HELD)
+        worth = _PRESENT * weight / (_PRESENT + weight) if weight > 0.0 else 0.0
+        ratio = ((distance + worth * present) / self.reference + _HELD) / (weight + worth + _HELD)
         result: Array = 1.0 / (1.0 + np.exp(-(np.log(ratio) - self.log_threshold) / self.log_width))
         return result
 
 
-def left_out_distances(evidence: TubeEvidence, prior: Prior, tube: int, strength: float) -> Array:
+def left_out_distances(evidence: TubeEvidence, prior: Prior, tube: int, settings: PhaseSettings) -> Array:
     """(K,): mean squared Mahalanobis distance an axis of each demonstration from the others of its motion."""
-    count, kept = len(evidence.position), prior.kept
+    count, kept, strength = len(evidence.position), prior.kept, settings.prior_strength
     if count < 2:
         return np.zeros(0)
     residuals = np.stack([evidence.conditioned, evidence.direction, evidence.rotation])
@@ -69,7 +75,7 @@ def left_out_distances(evidence: TubeEvidence, prior: Prior, tube: int, strength
         covariance = covariances(without, count - 1, prior.variance[tube], kept, strength)
         white, _, gain = coupled(covariance, predictive(together, count - 1, prior.cross[tube], strength), kept)
         left[1] -= np.einsum("ijn,nj->ni", gain.reshape(3, 3, -1), left[0])
-        freedom = strength + count - 2.0
+        freedom = tail_freedom(count - 1, settings)
         distances[k] = (0.5 * (freedom + size) * np.log1p(_square(white, left) / freedom)).mean() / size
     return distances
 
@@ -91,7 +97,7 @@ def learn_strangeness(evidence: Sequence[TubeEvidence], prior: Prior, settings: 
     Demonstrations that agree better than the floor, such as those of a machine, say nothing of how far a person will
     be: the floor does, and as half a squared distance an axis for the share of the variance that it makes up.
     """
-    own = [left_out_distances(e, prior, m, settings.prior_strength) for m, e in enumerate(evidence)]
+    own = [left_out_distances(e, prior, m, settings) for m, e in enumerate(evidence)]
     logs = [np.log(np.maximum(values, 1e-6)) for values in own]
     known = np.concatenate(logs) if any(len(v) for v in logs) else np.zeros(1)
     pooled = float(known.mean())

@@ -1,6 +1,8 @@
 import numpy as np
+import pytest
 
-from pft_exec.recognition.emission import whitened
+from pft_exec.recognition.emission import tail_freedom, whitened
+from pft_exec.recognition.settings import PhaseSettings
 from tests.recognition.tubes import random_covariances
 
 
@@ -14,3 +16,9 @@ def test_whitening_is_the_inverse_cholesky_factor():
     rows = [expected[:, :, a, b] for a in range(3) for b in range(a + 1)]
     np.testing.assert_allclose(white, np.stack(rows, axis=1).reshape(18, -1), rtol=1e-9)
     np.testing.assert_allclose(log_determinant, np.linalg.slogdet(covariance)[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("count", "freedom"), [(0, 4.0), (2, 5.0), (5, 8.0), (30, 8.0)])
+def test_many_demonstrations_do_not_make_the_tails_those_of_a_gaussian(count, freedom):
+    """The freedom of the Student t grows with the demonstrations up to that of five."""
+    assert tail_freedom(count, PhaseSettings()) == freedom
