@@ -21,9 +21,7 @@ _LEAST_DEVIATION = 0.25  # of the logarithm of a known motion's strangeness
 _USUAL = 0.3  # logarithm of how much stranger a new motion is than one that the tube was aligned to
 _MARGIN = 1.5  # of those deviations from a usual motion to the threshold
 _STEEPNESS = 0.5  # of them, over which known turns to unknown
-_PRESENT = (
-    0.2  # independent observations that the present sample is worth; more, and a known hand's last sample is strange
-)
+_PRESENT = 0.2  # that the present sample is worth; with more, the last sample of a known hand looks strange
 _HELD = 0.7  # independent observations of a usual motion that each stream begins with
 
 
