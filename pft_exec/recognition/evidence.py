@@ -36,9 +36,11 @@ class TubeEvidence:
     clocks : (K, N), s
         That of each demonstration; (0, N) where there is none.
     position, direction, rotation : (K, N, 3)
-        Residuals from the mean: m, weighted unit direction, and twice the vector part of ``mean^-1 * sample``;
+        Residuals from the mean: m, weighted heading, and twice the vector part of ``mean^-1 * sample``;
         zero demonstrations where there is none, and a scatter of its own.
     mean_direction : (N, 3)
+    lengths : (K, N)
+        Of the direction now, which falls where the hand slows down; (1, N) where there is no demonstration.
     scatter : (3, N, 3, 3)
         Sums of outer products of the three.
     promised : (3, N, 3, 3)
@@ -55,6 +57,7 @@ class TubeEvidence:
     direction: Array
     rotation: Array
     mean_direction: Array
+    lengths: Array
     scatter: Array
     promised: Array
     follow: Array
@@ -112,11 +115,11 @@ def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings
         return _plain(tube, scales, constants, weight)
     aligned = tube.aligned
     count, steps = aligned.time.shape
-    clocks, directions = np.empty((count, steps)), np.empty((count, steps, 3))
+    clocks, lengths, directions = np.empty((count, steps)), np.empty((count, steps)), np.empty((count, steps, 3))
     for k in range(count):
         turn = None if aligned.quaternion is None else aligned.quaternion[k]
         points = scales.points(aligned.position[k], turn, dict(tube.continuous))
-        clocks[k], directions[k] = read_path(aligned.time[k], aligned.position[k], points, constants)
+        clocks[k], lengths[k], directions[k] = read_path(aligned.time[k], aligned.position[k], points, constants)
     directions *= weight
     rotation = np.zeros((count, steps, 3))
     if aligned.quaternion is not None and tube.quaternion is not None:
@@ -129,13 +132,13 @@ def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings
     scatter = np.stack([np.einsum("kni,knj->nij", r, r) for r in (position, direction, rotation)])
     promised = _promised(tube, count)
     return TubeEvidence(
-        count, clocks.mean(axis=0), clocks, position, direction, rotation, mean_direction, scatter, promised,
+        count, clocks.mean(axis=0), clocks, position, direction, rotation, mean_direction, lengths, scatter, promised,
         np.zeros(steps),
     )  # fmt: skip
 
 
 def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float) -> TubeEvidence:
-    clock, direction = read_path(tube.time, tube.position, _points(scales, tube), constants)
+    clock, length, direction = read_path(tube.time, tube.position, _points(scales, tube), constants)
     count, steps = tube.count or PLAIN_COUNT, len(tube)
     scatter = np.zeros((3, steps, 3, 3))
     scatter[0] = tube.covariance[:, :3, :3]
@@ -144,8 +147,8 @@ def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float)
         scatter[2] = tube.covariance[:, 3:, 3:]
     none = np.zeros((0, steps, 3))
     return TubeEvidence(
-        count, clock, np.zeros((0, steps)), none, none, none, direction * weight, scatter * max(count - 1, 1), scatter,
-        np.zeros(steps),
+        count, clock, np.zeros((0, steps)), none, none, none, direction * weight, length[None],
+        scatter * max(count - 1, 1), scatter, np.zeros(steps),
     )  # fmt: skip
 
 

@@ -2,7 +2,8 @@
 
 In the flow: both the demonstrations behind a tube and the stream of samples are read through this clock, so that a
 pause, an idle start or a break costs a motion nothing. The direction is that of the displacement over the last short
-while of the same clock: a hand that pauses keeps it.
+while of the same clock; it is short where the hand is slow. A hand that stands heads nowhere new, and what is left of
+its movement is tremor: so the heading, by which a motion is judged, is then the last direction that was more than that.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from pft_exec.geometry import Array
 RING = 17  # remembered places: the window and a little more, in eighths of it
 _CLOCK, _TIME, _HEAD, _COUNT, _PUSHED, _STILL = range(6)
 SCALARS = 6
+_CALM = 0.33  # of the patience: time constant of the place that stands or moves, for tremor is neither
+_HEADED = 0.5  # length of a direction that is more than tremor: the displacement is that of the softness
 
 
 @njit(cache=True, error_model="numpy")
@@ -52,17 +55,23 @@ def _has_left(anchor, point, leash):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def advance_clock(scalars, ring, anchor, direction, time, position, point, constants):  # type: ignore[no-untyped-def]
-    """Take one sample; return by how much the clock went on, and write the direction (3,)."""
+def advance_clock(  # type: ignore[no-untyped-def]
+    scalars, ring, anchor, calm, direction, last, heading, time, position, point, constants
+):
+    """Take one sample; return by how much the clock went on, and write direction and heading (3,)."""
     leash, patience, slowest, window, softness = constants
     before = np.empty(3)
     elapsed = 0.0
     if scalars[_COUNT] == 0.0:
         anchor[:] = point
+        calm[:] = point
         before[:] = position
     else:
         passed = time - scalars[_TIME]
-        scalars[_STILL] = 0.0 if _has_left(anchor, point, leash) else scalars[_STILL] + passed
+        share = 1.0 - np.exp(-passed / (_CALM * patience))
+        for a in range(len(point)):
+            calm[a] += share * (point[a] - calm[a])
+        scalars[_STILL] = 0.0 if _has_left(anchor, calm, leash) else scalars[_STILL] + passed
         elapsed = passed if scalars[_STILL] <= patience else slowest * passed
         scalars[_CLOCK] += elapsed
         _seek(scalars[_CLOCK], ring, scalars, scalars[_CLOCK] - window, position, before)
@@ -81,19 +90,25 @@ def advance_clock(scalars, ring, anchor, direction, time, position, point, const
     length = np.sqrt(square) + softness
     for a in range(3):
         direction[a] /= length
+    if np.sqrt(square) >= _HEADED * length:
+        last[:] = direction
+    heading[:] = last if scalars[_STILL] > patience else direction
     return elapsed
 
 
 @njit(cache=True, error_model="numpy")
 def _read(time, position, point, constants):  # type: ignore[no-untyped-def]
     count = len(time)
-    scalars, ring, anchor = np.zeros(SCALARS), np.zeros((RING, 4)), np.zeros(point.shape[1])
-    clock, directions, direction = np.zeros(count), np.zeros((count, 3)), np.zeros(3)
+    scalars, ring = np.zeros(SCALARS), np.zeros((RING, 4))
+    anchor, calm = np.zeros(point.shape[1]), np.zeros(point.shape[1])
+    clock, lengths, headings = np.zeros(count), np.zeros(count), np.zeros((count, 3))
+    direction, last, heading = np.zeros(3), np.zeros(3), np.zeros(3)
     for n in range(count):
-        advance_clock(scalars, ring, anchor, direction, time[n], position[n], point[n], constants)
+        advance_clock(scalars, ring, anchor, calm, direction, last, heading, time[n], position[n], point[n], constants)
         clock[n] = scalars[_CLOCK]
-        directions[n] = direction
-    return clock, directions
+        lengths[n] = np.sqrt((direction**2).sum())
+        headings[n] = heading
+    return clock, lengths, headings
 
 
 @dataclass(frozen=True)
@@ -130,10 +145,10 @@ class ClockScales:
         return np.ascontiguousarray(np.hstack([position / self.extent, turn, *(c[:, None] for c in columns)]))
 
 
-def read_path(time: Array, position: Array, points: Array, constants: Array) -> tuple[Array, Array]:
-    """Clock (N,), s, and unit direction of motion (N, 3) along a path that was recorded at `time` (N,)."""
-    clock, direction = _read(time, np.ascontiguousarray(position), points, constants)
-    return clock, direction
+def read_path(time: Array, position: Array, points: Array, constants: Array) -> tuple[Array, Array, Array]:
+    """Clock (N,), s, lengths (N,) of the direction and heading (N, 3) along a path that was recorded at `time` (N,)."""
+    clock, lengths, headings = _read(time, np.ascontiguousarray(position), points, constants)
+    return clock, lengths, headings
 
 
 class MotionClock:
@@ -151,8 +166,12 @@ class MotionClock:
         self._constants = constants
         self._scalars = np.zeros(SCALARS)
         self._ring = np.zeros((RING, 4))
-        self._anchor = np.zeros(size)
+        self._anchor, self._calm = np.zeros(size), np.zeros(size)
+        self._last: Array = np.zeros(3)
         self.direction: Array = np.zeros(3)
+        """Displacement d over the window, as d / (|d| + softness): where the tool moves now, and how fast."""
+        self.heading: Array = np.zeros(3)
+        """The last direction that was more than tremor."""
 
     @property
     def clock(self) -> float:
@@ -160,8 +179,7 @@ class MotionClock:
         return float(self._scalars[_CLOCK])
 
     def advance(self, time: float, position: Array, point: Array) -> float:
-        """Take one sample; by how much the clock went on, s. `direction` is that after it."""
-        elapsed = advance_clock(
-            self._scalars, self._ring, self._anchor, self.direction, time, position, point, self._constants
-        )
+        """Take one sample; by how much the clock went on, s. `direction` and `heading` are those after it."""
+        state = self._scalars, self._ring, self._anchor, self._calm, self.direction, self._last, self.heading
+        elapsed = advance_clock(*state, time, position, point, self._constants)
         return float(elapsed)

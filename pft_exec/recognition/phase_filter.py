@@ -94,7 +94,7 @@ class PhaseFilter:
         said = model.signals.log_discrete(sample.discrete, self._zeros)
         log_scale, size = self._comparison(turned, heard)
         row = self._sample
-        row[:3], row[3:6] = sample.position, model.direction_weight * self._clock.direction
+        row[:3], row[3:6] = sample.position, model.direction_weight * self._clock.heading
         row[6:] = self._quaternion if turned else 0.0
         filter_sample(
             model.offset, model.length, self._mean, model.white, model.gain, model.turned, model.left,

@@ -202,7 +202,7 @@ def _pack(
         ),
         follow=np.concatenate([evidence[m].follow if k < 0 else np.zeros(len(tubes[m])) for m, k in pairs]),
         starts=learn_starts(evidence, which, kept[0], scales.extent, settings),
-        speeds=learn_speed(evidence, which, settings.direction_weight * scales.extent, settings),
+        speeds=learn_speed(evidence, which, settings),
         left=np.concatenate([tubes[m].time[-1] - tubes[m].time for m in which]),
         clock=np.concatenate([evidence[m].clock for m in which]),
         steps=np.ascontiguousarray(steps[which]),

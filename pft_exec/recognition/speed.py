@@ -48,32 +48,31 @@ class SpeedModel:
 
     def at(self, direction: Array) -> Array:
         """(S,): density of the present speed, known by the length of the softened direction (3,)."""
-        level = (float(log_speed(direction, self.softness, self.leash)) - self.lowest) / self.gap
+        length = np.sqrt((direction**2).sum())
+        level = (float(log_speed(length, self.softness, self.leash)) - self.lowest) / self.gap
         row: Array = self.density[min(max(round(level), 0), LEVELS - 1)]
         return row
 
 
-def log_speed(direction: Array, softness: float, leash: float) -> Array:
-    """Logarithm of the displacement over the direction's window, in extents, raised by the leash (...,).
+def log_speed(length: Array, softness: float, leash: float) -> Array:
+    """Logarithm of the displacement over the direction's window, in extents, raised by the leash.
 
     Parameters
     ----------
-    direction : (..., 3)
-        Displacement d over ``|d| + softness``.
+    length : array
+        Of the direction, which is the displacement d over ``|d| + softness``.
     softness, leash : float
         In extents.
     """
-    length = np.minimum(np.sqrt((direction**2).sum(axis=-1)), 1.0 - 1e-9)
+    length = np.minimum(length, 1.0 - 1e-9)
     result: Array = np.log(softness * length / (1.0 - length) + leash)
     return result
 
 
-def learn_speed(
-    evidence: Sequence[TubeEvidence], which: NDArray[np.int64], weight: float, settings: PhaseSettings
-) -> SpeedModel:
-    """Densities for components that belong to the motions `which`; directions in the evidence are `weight` (m) long."""
+def learn_speed(evidence: Sequence[TubeEvidence], which: NDArray[np.int64], settings: PhaseSettings) -> SpeedModel:
+    """Densities for components that belong to the motions `which`."""
     softness, leash = settings.direction_softness, settings.leash
-    logs = [log_speed((e.mean_direction + _rows(e)) / weight, softness, leash) for e in evidence]
+    logs = [log_speed(e.lengths, softness, leash) for e in evidence]
     highest = max(float(values.max()) for values in logs)
     levels = np.linspace(np.log(leash), max(highest, np.log(leash) + _LEAST_RANGE), LEVELS)
     scatters = [((values - values.mean(axis=0)) ** 2).sum(axis=0) for values in logs]
@@ -85,11 +84,6 @@ def learn_speed(
     ]
     density = np.ascontiguousarray(np.hstack([tables[m] for m in which]))
     return SpeedModel(density, float(levels[0]), float(levels[1] - levels[0]), softness, leash)
-
-
-def _rows(evidence: TubeEvidence) -> Array:
-    """Residuals of the direction (K, N, 3); one row of zeros where there is no demonstration."""
-    return evidence.direction if len(evidence.direction) else np.zeros((1, *evidence.mean_direction.shape))
 
 
 def _densities(levels: Array, mean: Array, scatter: Array, pooled: float, count: int, settings: PhaseSettings) -> Array:

@@ -125,6 +125,24 @@ def test_a_pause_and_an_idle_start_change_little(at):
     assert end.probability["2"] > 0.95
 
 
+@pytest.mark.parametrize("tremor", [0.0, 3e-4])
+@pytest.mark.parametrize("seconds", [2.0, 30.0])
+def test_a_long_pause_makes_no_motion_unknown(seconds, tremor):
+    """A hand that stands in the middle, trembling by 0.3 mm or not, and then goes on."""
+    tubes, rng = star(), np.random.default_rng(5)
+    recognizer, tube = OnlineRecognizer(tubes), tubes[2]
+    phases = np.concatenate(
+        [np.linspace(0.0, 0.5, 100), np.full(round(100 * seconds), 0.5), np.linspace(0.5, 1.0, 100)]
+    )
+    beliefs = [
+        recognizer.update(0.01 * n, tube.at(phase).position + rng.normal(scale=tremor + 1e-6, size=3))
+        for n, phase in enumerate(phases)
+    ]
+    assert max(belief.unknown for belief in beliefs) < 0.3
+    assert beliefs[-1].label == tube.label
+    assert beliefs[-101].phase[tube.label] == pytest.approx(0.5, abs=0.1)
+
+
 def test_nothing_is_believed_before_the_hand_moves():
     """A hand at the common start: all motions stay alike."""
     recognizer = OnlineRecognizer(star())

@@ -35,8 +35,7 @@ def test_a_hand_at_rest_is_usual_where_a_motion_ends_and_nowhere_else_on_the_way
     cut = [_cut(tube, 70) for tube in tubes]
     scales = measure_scales(cut, ())
     evidence = [gather_evidence(tube, scales, DEFAULT_SETTINGS) for tube in cut]
-    weight = DEFAULT_SETTINGS.direction_weight * scales.extent
-    model = learn_speed(evidence, np.array([0, 1]), weight, DEFAULT_SETTINGS)
+    model = learn_speed(evidence, np.array([0, 1]), DEFAULT_SETTINGS)
     resting = model.at(np.zeros(3)).reshape(2, -1)
     assert (resting[:, -1] > 5.0 * resting[:, 35:-1].max(axis=1)).all()
     assert np.abs(model.density.sum(axis=0) * model.gap - 1.0)[-1] < 0.1
