@@ -21,7 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pft_exec.control.limits import Constraint
-from pft_exec.control.separation import chain_motion, distance_rows, move_body, pairs_that_may_be_near, place_links
+from pft_exec.control.separation import (
+    chain_motion,
+    distance_rows,
+    least_rates,
+    move_body,
+    pairs_that_may_be_near,
+    place_links,
+)
 from pft_exec.control.tool_kernel import matrix_of
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, Box, Capsule, Cylinder, Obstacle, Solid, Sphere
@@ -64,6 +71,8 @@ class Nearness:
 
     def names(self, chosen: NDArray[np.bool_]) -> tuple[str, ...]:
         """Names of chosen (P,) pairs: "link / obstacle"."""
+        if not chosen.any():
+            return ()
         return tuple(
             f"{self.bodies[i]} / {self.bodies[k]}"
             for (i, k), is_chosen in zip(self.pairs, chosen, strict=True)
@@ -218,18 +227,21 @@ class Avoidance:
 
     def _nearness(self, jacobian: Array) -> Nearness | None:
         shapes, places = self._bodies.shapes, self._bodies.places
-        pairs, found = [], []
+        points, normals = np.empty((2, len(self._pairs), 3))
+        pairs: list[tuple[int, int]] = []
+        apart: list[float] = []
         for (i, k), near in self._candidates():
-            measured = nearest_points(shapes[i], places[i], shapes[k], places[k])
-            if measured[0] < near:
+            found, point, normal = nearest_points(shapes[i], places[i], shapes[k], places[k])
+            if found < near:
+                points[len(pairs)], normals[len(pairs)] = point, normal
                 pairs.append((i, k))
-                found.append(measured)
+                apart.append(found)
         if not pairs:
             return None
-        distance, points, normals = (np.array(column) for column in zip(*found, strict=True))
+        distance, points, normals = np.array(apart), points[: len(pairs)], normals[: len(pairs)]
         rows, drift, rate = self._bodies.changes(np.array(pairs), distance, points, normals, jacobian)
-        lower = -drift - 2.0 * APPROACH * rate - APPROACH**2 * (distance - self.safe_distance)
-        lower = np.minimum(lower, np.abs(rows) @ self._arm.limits.acceleration)
+        most = self._arm.limits.acceleration
+        lower = least_rates(rows, drift, rate, distance, APPROACH, self.safe_distance, most)
         constraint = Constraint(rows, lower, np.full(len(lower), np.inf), soft=True)
         return Nearness(constraint, distance, pairs, self._bodies.names)
 

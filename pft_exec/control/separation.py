@@ -198,6 +198,29 @@ def distance_rows(
 
 
 @njit(cache=True)
+def least_rates(
+    rows: Array, drift: Array, rate: Array, distance: Array, pole: float, safe: float, most: Array
+) -> Array:
+    """Least ``rows @ qdd`` (P,), m/s^2, with which pairs come to rest at the safe distance; see `avoidance`.
+
+    Parameters
+    ----------
+    rows, drift, rate, distance : (P, n), m, (P,), m/s^2, (P,), m/s, and (P,), m
+    pole, safe : float, 1/s and m
+    most : (n,), rad/s^2
+        Accelerations of the joints: no row asks for more than all of them give.
+    """
+    least = np.empty(len(rows))
+    for p in range(len(rows)):
+        given = 0.0
+        for k in range(len(most)):
+            given += abs(rows[p, k]) * most[k]
+        wanted = -drift[p] - 2.0 * pole * rate[p] - pole**2 * (distance[p] - safe)
+        least[p] = min(wanted, given)
+    return least
+
+
+@njit(cache=True)
 def place_on_segment(point: Array, ends: Array, edge: Array) -> float:
     """Share in [0, 1] of a segment (2, 3), m, of edge (3,), at which a point (3,), m, on it lies; 0 without length."""
     square = np.dot(edge, edge)

@@ -29,13 +29,15 @@ import numpy as np
 
 from pft_exec.control.compliance import Compliance
 from pft_exec.control.reference import JointReference
-from pft_exec.control.sidestep_kernel import carried_ends, judge_steps, places_of, spread_of
+from pft_exec.control.sidestep_kernel import carried_ends, follow_choice, judge_steps, places_of, spread_of
 from pft_exec.control.tool_kernel import matrix_of
 from pft_exec.geometry import Array
 from pft_exec.model import Arm, Box, Capsule, Cylinder, Obstacle, Solid, Sphere
 
 INSTANTS, INTERVAL = 24, 0.125
 """So many instants, s apart, are looked at: three seconds. A ball of 0.3 m/s moves by its radius in between."""
+LOOK_PERIOD = 0.006
+"""s between the looks at two instants: a choice is made anew every 0.14 s, and most control periods pay nothing."""
 POLE = 8.0
 """1/s; a: a step is done within 0.7 s, which gains of a wide tube follow."""
 ROOM = 0.03
@@ -50,7 +52,6 @@ FINE = (0.05, 0.1, 0.25)
 """Deviations by which the last choice is improved along each axis."""
 NARROW, NARROWER = 0.01, 1.0 / 3.0
 """m, and share of the widest axis: what is narrower than either is no room to step aside."""
-_NOTHING = 1e-6  # deviations below which there is no step
 
 Ahead = Callable[[float], JointReference]
 """From a time, s, to where the reference will be then, as far as it is known."""
@@ -98,10 +99,10 @@ class Sidestep:
         self._local = np.array([[link.start, link.end] for link in links])
         self._radius = np.array([link.radius for link in links])
         self._joint = np.array([link.joint for link in links], dtype=np.intp)
-        shape = INSTANTS, len(links), 2, 3
-        self._times = np.zeros(INSTANTS)
-        self._ends, self._carried, self._spread = np.zeros(shape), np.zeros((*shape, 3)), np.zeros((INSTANTS, 3, 3))
-        self._seen = 0
+        shape = 1, len(links), 2, 3
+        self._ends, self._carried = np.zeros(shape), np.zeros((*shape, 3))
+        self._seen, self._first, self._due = 0, 0.0, -np.inf
+        self._steps, self._lacking = np.zeros((1, 3)), np.zeros(1)
         self._crowd = _crowd((), 0.0)
         self.wanted = np.zeros(3)
         """Step, deviations, that was chosen last."""
@@ -126,41 +127,54 @@ class Sidestep:
         compliance : Compliance
         ahead : Ahead
         """
-        if len(self._crowd.half):
-            self._look(time, error, compliance, ahead)
-        else:
-            self.wanted, self._seen = np.zeros(3), 0
-        return self._followed(period, spread_of(compliance.deviation, phase))
+        if not len(self._crowd.half):
+            self.wanted, self._seen, self._due = np.zeros(3), 0, -np.inf
+        elif time >= self._due - 0.5 * period:
+            self._due = time + LOOK_PERIOD
+            self._look(time, phase, error, compliance, ahead)
+        shift = np.empty((3, 3))
+        is_aside = follow_choice(self.wanted, self._follows, POLE, period, compliance.deviation, phase, shift)
+        return (shift[0], shift[1], shift[2]) if is_aside else None
 
-    def _look(self, time: float, error: Array, compliance: Compliance, ahead: Ahead) -> None:
-        """Look at one more instant of what comes; when all are seen, choose."""
-        first = time if self._seen == 0 else float(self._times[0])
-        place = self._seen
-        self._times[place] = first + place * INTERVAL
-        reference = ahead(float(self._times[place]))
+    def _look(self, time: float, phase: float, error: Array, compliance: Compliance, ahead: Ahead) -> None:
+        """Judge every candidate at one more instant of what comes; when all are seen, choose."""
+        if self._seen == 0:
+            self._first = time
+            self._steps = self._candidates(_widths(compliance, phase))
+            self._lacking = np.zeros(len(self._steps))
+        instant = self._first + self._seen * INTERVAL
+        passed = POLE * max(instant - self._first - INSTANTS * LOOK_PERIOD, 0.0)  # since the choice that is to come
+        fading = (1.0 + passed + 0.5 * passed**2) * np.exp(-passed)
+        self._lacking += self._lack(instant, fading, error, compliance, ahead(instant))
+        self._seen = (self._seen + 1) % INSTANTS
+        if self._seen == 0:
+            self._choose()
+
+    def _lack(
+        self, instant: float, fading: float, error: Array, compliance: Compliance, reference: JointReference
+    ) -> Array:
+        """What each candidate lacks of its room at an instant, s, where the reference will be there, m^2."""
         frames = self._arm.joint_frames(reference.configuration)
         jacobian = self._arm.kinematics(reference.configuration)[2]
-        carried_ends(self._local, self._joint, frames, jacobian, self._ends[place], self._carried[place])
-        self._spread[place] = spread_of(compliance.deviation, reference.phase)
-        self._seen = (place + 1) % INSTANTS
-        if self._seen == 0:
-            self._choose(time, error)
-
-    def _choose(self, time: float, error: Array) -> None:
-        candidates = self._candidates()
-        passed = POLE * np.maximum(self._times - time, 0.0)
-        fading = (1.0 + passed + 0.5 * passed**2) * np.exp(-passed)
-        crowd = self._crowd
-        ends, rotations = places_of(crowd.started, crowd.half, self._times - crowd.time)
+        carried_ends(self._local, self._joint, frames, jacobian, self._ends[0], self._carried[0])
+        crowd, spread = self._crowd, spread_of(compliance.deviation, reference.phase)
+        ends, rotations = places_of(crowd.started, crowd.half, np.array([instant - crowd.time]))
         arm = self._ends, self._carried, self._radius
         others = ends, rotations, crowd.rounding, crowd.box
-        lacking = judge_steps(candidates, arm, self._spread, fading, error, others, ROOM)
-        cost = np.sum(candidates**2, axis=1) + LOYALTY * np.sum((candidates - self.wanted) ** 2, axis=1)
-        self.wanted = candidates[int(np.argmin(cost + lacking / SHORT**2))]
+        lacking: Array = judge_steps(self._steps, arm, spread[None], np.array([fading]), error, others, ROOM)
+        return lacking
 
-    def _candidates(self) -> Array:
-        """Steps (C, 3), deviations: none, the last choice and what is near it, and all along wide axes and between."""
-        variance, axes = np.linalg.eigh(np.mean(self._spread @ self._spread, axis=0))
+    def _choose(self) -> None:
+        steps, changes = self._steps, self._steps - self.wanted
+        cost = np.einsum("ci,ci->c", steps, steps) + LOYALTY * np.einsum("ci,ci->c", changes, changes)
+        self.wanted = steps[int(np.argmin(cost + self._lacking / SHORT**2))]
+
+    def _candidates(self, square: Array) -> Array:
+        """Steps (C, 3), deviations: none, the last choice and what is near it, and all along wide axes and between.
+
+        `square` (3, 3), m^2, is the mean of the deviations' squares ahead.
+        """
+        variance, axes = np.linalg.eigh(square)
         widest = float(np.sqrt(variance[-1]))
         wide = axes[:, np.sqrt(np.maximum(variance, 0.0)) >= max(NARROW, NARROWER * widest)]
         if not wide.shape[1]:
@@ -174,20 +188,12 @@ class Sidestep:
         steps = np.concatenate([np.zeros((1, 3)), kept[None], kept + changes, coarse])
         return np.ascontiguousarray(steps[np.linalg.norm(steps, axis=1) <= LARGEST + 1e-9])
 
-    def _followed(self, period: float, spread: Array) -> Shift | None:
-        """Shift that follows the choice over one period, s, where the tube has a spread (3, 3), m."""
-        chain = self._follows
-        if max(np.abs(chain).max(), np.abs(self.wanted).max()) < _NOTHING:
-            chain[:] = 0.0
-            return None
-        share = 1.0 - np.exp(-POLE * period)
-        before = self.wanted
-        for stage in range(3):
-            chain[stage] += share * (before - chain[stage])
-            before = chain[stage]
-        rate = POLE * (chain[1] - chain[2])
-        change = POLE * (POLE * (chain[0] - chain[1]) - rate)
-        return spread @ chain[2], spread @ rate, spread @ change
+
+def _widths(compliance: Compliance, phase: float) -> Array:
+    """Mean (3, 3), m^2, of the squares of a tube's deviations from a phase on."""
+    ahead = compliance.deviation[min(int(phase * len(compliance.time)), len(compliance.time) - 1) :]
+    mean: Array = np.einsum("nij,njk->ik", ahead, ahead) / len(ahead)
+    return mean
 
 
 def _crowd(obstacles: Sequence[Obstacle], time: float) -> _Crowd:

@@ -15,6 +15,7 @@ from pft_exec.geometry.definite import factorize, substitute_back, substitute_fo
 
 _DAMPING = 1e-4  # m^2; near a singularity no joint is led far aside
 _SAMPLES = 5  # of a link, beside a flat-sided obstacle
+_NOTHING = 1e-6  # deviations below which there is no step
 _SHORTEST = 1e-12  # m^2; a segment below this is a point
 
 
@@ -23,6 +24,38 @@ def spread_of(deviation: Array, phase: float) -> Array:
     """Deviation (3, 3), m, between those (N, 3, 3) that are evenly spaced in phase."""
     spread: Array = between(deviation, phase)
     return spread
+
+
+@njit(cache=True)
+def follow_choice(
+    wanted: Array, chain: Array, pole: float, period: float, deviation: Array, phase: float, shift: Array
+) -> bool:
+    """Let three equal poles in a row follow a choice over one period; whether there is a step at all.
+
+    Parameters
+    ----------
+    wanted, chain : (3,) and (3, 3), deviations
+        The choice, and the states of the poles, which go on.
+    pole, period : float, 1/s and s
+    deviation, phase : (N, 3, 3), m, and float
+        Of the tube, and where on it.
+    shift : (3, 3), m, m/s, m/s^2
+        Written to: shift of the target, its velocity and its acceleration.
+    """
+    if max(np.abs(chain).max(), np.abs(wanted).max()) < _NOTHING:
+        chain[:] = 0.0
+        return False
+    share = 1.0 - math.exp(-pole * period)
+    before = wanted
+    for stage in range(3):
+        chain[stage] += share * (before - chain[stage])
+        before = chain[stage]
+    rate = pole * (chain[1] - chain[2])
+    spread = between(deviation, phase)
+    shift[0] = spread @ chain[2]
+    shift[1] = spread @ rate
+    shift[2] = spread @ (pole * (pole * (chain[0] - chain[1]) - rate))
+    return True
 
 
 @njit(cache=True)

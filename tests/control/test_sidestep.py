@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from pft_exec.control import TrackingController, compute_compliance, constant_compliance
 from pft_exec.control.avoidance import Avoidance
-from pft_exec.control.sidestep import INSTANTS, LARGEST, POLE, Sidestep
+from pft_exec.control.sidestep import INSTANTS, LARGEST, LOOK_PERIOD, POLE, Sidestep
 from pft_exec.control.sidestep_kernel import carried_ends, judge_steps, segment_distance, spread_of
 from pft_exec.evaluation.benchmarks.plant import Mismatch, Plant, arch_trajectory, arch_tube, run
 from pft_exec.geometry import Pose
@@ -17,6 +18,8 @@ from pft_exec.learning import FlowTube
 from pft_exec.model import Box, Obstacle, Sphere
 
 PERIOD = 0.002
+PERIODS = round(INSTANTS * LOOK_PERIOD / PERIOD)
+"""Until a choice is made."""
 
 
 @pytest.fixture(scope="module")
@@ -37,16 +40,22 @@ def crossing(tube, velocity, beside=(0.0, 0.0, 0.0), radius=0.04):
     return Obstacle("ball", Sphere(radius), Pose(met - 0.5 * tube.time[-1] * velocity[:3]), velocity)
 
 
+def _delayed(trajectory, late, time):
+    return trajectory.at(time - late)
+
+
 def choose(arm, trajectory, compliance, obstacles, times=(0.0,), error=(0.0, 0.0, 0.0)):
     """A sidestep that has looked at what comes, some times over, and all of its shifts."""
-    sidestep = Sidestep(arm, Avoidance(arm).moved)
+    sidestep, clock = Sidestep(arm, Avoidance(arm).moved), 0.0
     shifts = []
     for time in times:
-        sidestep.watch([replace(it, pose=it.after(time)) for it in obstacles], time)
-        for k in range(INSTANTS):
-            now = time + k * PERIOD
-            phase = trajectory.at(now).phase
-            shifts.append(sidestep.update(now, PERIOD, phase, np.array(error), compliance, trajectory.at))
+        sidestep.watch([replace(it, pose=it.after(time)) for it in obstacles], clock)
+        late = clock - time
+        for _ in range(PERIODS):
+            phase = trajectory.at(clock - late).phase
+            ahead = partial(_delayed, trajectory, late)
+            shifts.append(sidestep.update(clock, PERIOD, phase, np.array(error), compliance, ahead))
+            clock += PERIOD
     return sidestep, shifts
 
 
@@ -122,25 +131,25 @@ def test_a_path_that_would_change_sides_through_the_ball_lacks_more(side):
 
 def test_a_step_is_no_larger_than_what_lacks_and_never_beyond_the_largest(arm, tube, trajectory):
     """Looked at again and again, the choice comes to the least step that leaves the room, whatever came first."""
-    middle = 0.5 * tube.time[-1]
+    before = 0.5 * tube.time[-1] - 0.5
     ball = Obstacle("ball", Sphere(0.04), Pose(tube.position[len(tube) // 2] + np.array([0.0, 0.07, 0.0])))
     first, late = (
-        choose(arm, trajectory, compute_compliance(tube), [ball], middle + np.linspace(0.0, 0.01, looks))[0].wanted[1]
+        choose(arm, trajectory, compute_compliance(tube), [ball], np.full(looks, before))[0].wanted[1]
         for looks in (1, 8)
     )
     assert 1.0 < -late < -first < LARGEST
     huge = Obstacle("huge", Sphere(0.5), Pose(tube.position[len(tube) // 2]))
-    sidestep, _ = choose(arm, trajectory, compute_compliance(tube), [huge], middle + np.linspace(0.0, 0.01, 8))
+    sidestep, _ = choose(arm, trajectory, compute_compliance(tube), [huge], np.full(8, before))
     assert np.linalg.norm(sidestep.wanted) <= LARGEST + 1e-9
 
 
 def test_nothing_is_shifted_where_nothing_comes_near_or_the_tube_is_narrow(arm, tube, trajectory):
     far = Obstacle("far", Sphere(0.04), Pose(tube.position[0] + np.array([0.0, 1.0, 0.0])))
     shelf = Obstacle("shelf", Box((0.4, 0.4, 0.02)), Pose(tube.position[0] - np.array([0.0, 0.0, 0.35])))
-    assert choose(arm, trajectory, compute_compliance(tube), [far, shelf])[1] == [None] * INSTANTS
+    assert choose(arm, trajectory, compute_compliance(tube), [far, shelf])[1] == [None] * PERIODS
     narrow = FlowTube("narrow", tube.time, tube.position, tube.quaternion, np.tile(1e-5 * np.eye(6), (len(tube), 1, 1)))
     ball = crossing(tube, [0.0, 0.0, 0.1])
-    assert choose(arm, trajectory, compute_compliance(narrow), [ball])[1] == [None] * INSTANTS
+    assert choose(arm, trajectory, compute_compliance(narrow), [ball])[1] == [None] * PERIODS
 
 
 def test_a_flat_sided_obstacle_lacks_room_as_a_ball_of_its_size_does(arm):
@@ -157,7 +166,7 @@ def test_a_flat_sided_obstacle_lacks_room_as_a_ball_of_its_size_does(arm):
 def test_a_step_is_taken_without_a_jump_of_the_targets_acceleration(arm, tube, trajectory):
     """Position, velocity and acceleration belong together in the middle of the tube, and none of them jumps."""
     ball = crossing(tube, [0.0, 0.0, 0.1])
-    times = np.arange(0.3 * tube.time[-1], 0.6 * tube.time[-1], INSTANTS * PERIOD)
+    times = np.arange(0.3 * tube.time[-1], 0.6 * tube.time[-1], PERIODS * PERIOD)
     _, shifts = choose(arm, trajectory, compute_compliance(tube), [ball], times)
     rest = (np.zeros(3),) * 3
     place, speed, change = (np.array([(shift or rest)[k] for shift in shifts]) for k in range(3))
@@ -194,10 +203,10 @@ def test_without_a_tube_there_is_no_room_and_the_rows_alone_keep_off(arm, start,
     controller = TrackingController(arm, PERIOD)
     controller.follow(trajectory.at, constant_compliance(100.0), 0.0, blend=False)
     controller.avoid([ball])
-    for step in range(2 * INSTANTS):
+    for step in range(2 * PERIODS):
         command = controller.update(step * PERIOD, start, np.zeros(7))
     plain = TrackingController(arm, PERIOD)
     plain.follow(trajectory.at, constant_compliance(100.0), 0.0, blend=False)
-    for step in range(2 * INSTANTS):
+    for step in range(2 * PERIODS):
         other = plain.update(step * PERIOD, start, np.zeros(7))
     np.testing.assert_array_equal(command.torque, other.torque)
