@@ -28,6 +28,7 @@ from pft_exec.execution.safety.watch import pursue
 from pft_exec.execution.safety.yielding import CALM, Calm, Yielding
 from pft_exec.execution.surroundings import Surroundings
 from pft_exec.execution.takeover import Takeover, plan_takeover
+from pft_exec.execution.timeliness import undisturbed, warm_up
 from pft_exec.geometry import Array, geodesic_distance
 from pft_exec.handoff import PolicySettings
 from pft_exec.handoff.take_back import THRESHOLD
@@ -43,6 +44,7 @@ GATHERING = 0.6
 """s for which the arm must rest until then: a person who has taken hold may pause, and begins slowly."""
 
 
+@undisturbed()
 def assist(
     world: World,
     library: MotionLibrary,
@@ -130,6 +132,7 @@ def assist(
     loop = ControlLoop(world, arm, pushes, observer, faults)
     if avoid:
         loop.surroundings = Surroundings(world, loop.name, avoid)
+    warm_up(loop, solver)
     seed, swaps = world.seed if seed is None else seed, substitute or {}
     try:
         person = Person(loop, label, seed, answer=answer, fade=let_go, plans=take_backs, substitute=swaps)

@@ -22,6 +22,7 @@ from pft_exec.execution.safety.watch import pursue
 from pft_exec.execution.safety.yielding import give_way
 from pft_exec.execution.surroundings import Surroundings
 from pft_exec.execution.takeover import Takeover, plan_takeover
+from pft_exec.execution.timeliness import undisturbed, warm_up
 from pft_exec.geometry import Pose, geodesic_distance
 from pft_exec.handoff.take_back import THRESHOLD
 from pft_exec.learning.flow_tube import FlowTube
@@ -41,6 +42,7 @@ IN_VAIN = 3
 """Times in a row for which it may go on so."""
 
 
+@undisturbed()
 def execute(
     world: World,
     flow_tube: FlowTube,
@@ -106,6 +108,7 @@ def execute(
     loop = ControlLoop(world, arm, pushes, observer, faults)
     if avoid:
         loop.surroundings = Surroundings(world, loop.name, avoid)
+    warm_up(loop, solver)
     scene, start = world.scene, world.tool(loop.name)
     flow_tube = loop.injector.tube(flow_tube)
     candidate = Candidate(loop, flow_tube, softness)

@@ -10,10 +10,12 @@ is where, the tube's clock begins slower and comes up to its pace as the transit
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import accumulate
 
 import numpy as np
+from numba import njit
 
 from pft_exec.control import Compliance, JointReference, RollingTrajectory, TakenUp
 from pft_exec.execution.candidates import BEHIND, Candidate
@@ -85,12 +87,10 @@ class Takeover:
 
     def distances(self, arm: Arm) -> Array:
         """How far the tool will be, m, from where the tube has it, at instants (`_LOOKS`,) from now to the join."""
-        away = [
-            arm.forward(self.transition.at(time)[0]).position
-            - arm.forward(self.trajectory.at(time).configuration).position
-            for time in np.linspace(0.0, self.transition.duration, _LOOKS)
-        ]
-        distance: Array = np.linalg.norm(away, axis=1)
+        times = np.linspace(0.0, self.transition.duration, _LOOKS)
+        tool = _places(arm, [self.transition.at(time)[0] for time in times])
+        tube = _places(arm, [self.trajectory.at(time).configuration for time in times])
+        distance: Array = np.linalg.norm(tool - tube, axis=1)
         return distance
 
     def detour(self, arm: Arm) -> float:
@@ -100,8 +100,8 @@ class Takeover:
         besides, and what it goes twice, but not when. The tube's way begins where it was nearest the tool.
         """
         times = np.linspace(0.0, self.transition.duration, _POINTS)
-        tool = np.array([arm.forward(self.transition.at(time)[0]).position for time in times])
-        tube = np.array([arm.forward(self.trajectory.at(time).configuration).position for time in times])
+        tool = _places(arm, [self.transition.at(time)[0] for time in times])
+        tube = _places(arm, [self.trajectory.at(time).configuration for time in times])
         lately = self._tube_before(arm)
         nearest = int(np.argmin(np.linalg.norm(lately - tool[0], axis=1)))
         apart = np.linalg.norm(tool[:, None] - np.concatenate([lately[nearest:], tube]), axis=2)
@@ -111,7 +111,7 @@ class Takeover:
         """Where the tube had the tool lately, (`_LOOKS`, 3), m: one that has fallen behind is not off it."""
         path, now = self.trajectory.path, self.trajectory.time_law.begin
         lately = np.linspace(max(now - BEHIND, path.begin), now, _LOOKS)
-        return np.array([arm.forward(path.reference(theta, 0.0, 0.0).configuration).position for theta in lately])
+        return _places(arm, [path.reference(theta, 0.0, 0.0).configuration for theta in lately])
 
     def jumps(self) -> dict[str, float]:
         """Largest jumps of the commanded joints at both seams: position (rad), velocity, acceleration.
@@ -131,20 +131,33 @@ class Takeover:
         }
 
 
+@njit(cache=True)
 def frechet_distance(apart: Array) -> float:
     """Discrete Fréchet distance of two sequences of points whose distances (K, M) are given, in their unit.
 
-    The least that the longest leash can be when both are walked from end to end and nobody turns back; the recursion
-    over pairs of points of Eiter and Mannila (1994).
+    The least that the longest leash can be when both are walked from end to end and nobody turns back.
+
+    Notes
+    -----
+    [Eiter1994]_, the recursion over pairs of points.
     """
-    rows = apart.tolist()
-    longest = list(accumulate(rows[0], max))
-    for row in rows[1:]:
-        reached = [max(longest[0], row[0])]
-        for column in range(1, len(row)):
-            reached.append(max(row[column], min(longest[column], longest[column - 1], reached[column - 1])))
-        longest = reached
-    return float(longest[-1])
+    longest = apart.copy()
+    for i in range(len(apart)):
+        for j in range(apart.shape[1]):
+            before = math.inf if i + j > 0 else 0.0
+            if i > 0:
+                before = min(before, longest[i - 1, j])
+            if j > 0:
+                before = min(before, longest[i, j - 1])
+            if i > 0 and j > 0:
+                before = min(before, longest[i - 1, j - 1])
+            longest[i, j] = max(apart[i, j], before)
+    return float(longest[-1, -1])
+
+
+def _places(arm: Arm, configurations: Sequence[Array]) -> Array:
+    """Where the tool is, (M, 3), m, in M configurations (n,)."""
+    return np.array([arm.kinematics(q)[0] for q in configurations])
 
 
 def _state(reference: JointReference) -> JointState:
