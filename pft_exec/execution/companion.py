@@ -148,7 +148,7 @@ class Companion:
             self._ask(decision, belief)
         elif decision.kind == "decline":
             self._decline(decision.reason)
-        elif decision.kind == "take_over" and self.loop.time >= self._not_before:
+        elif decision.kind == "take_over" and self.loop.time >= self._not_before - 0.5 * self.loop.world.control_period:
             return self._take_over(decision, belief)
         return None
 

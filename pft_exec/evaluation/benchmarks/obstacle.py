@@ -4,8 +4,9 @@ One placement with the alternatives beside it, then random ones at several speed
 counts: a random ball is left out only where the tube has no room to go round it, which is where no sidestep along the
 tube's wide axis, of up to 2.5 deviations and of the same number throughout, keeps the whole arm off the ball at every
 instant of the motion and of the rest after it. (Sidesteps that change on the way, at up to 0.3 m/s, leave out the very
-same balls; measured on 200.) There no controller that keeps the time of the motion keeps distance and tube: the ball
-sweeps through the place of hand or forearm on both sides, or through the tube's narrow ends while the hand is there.
+same balls; measured on 200.) What is left out sweeps through the place of hand or forearm on both sides, or through the
+tube's narrow ends while the hand is there; a controller that waited could still pass some of them. Also from those the
+arm keeps its distance, but not always its tube.
 How many were left out is told in the table; none is left out by what a controller makes of it.
 """
 
