@@ -24,10 +24,12 @@ from pft_exec.control.limits import Constraint
 from pft_exec.control.separation import (
     chain_motion,
     distance_rows,
+    distances_that_matter,
     least_rates,
     move_body,
     pairs_that_may_be_near,
     place_links,
+    strongest_accelerations,
 )
 from pft_exec.control.tool_kernel import matrix_of
 from pft_exec.geometry import Array
@@ -37,7 +39,8 @@ from pft_exec.model.distance import coal_shape, nearest_points
 SAFE_DISTANCE = 0.03
 """m; where the approach ends. Soft rows and torque limits took up to 8 mm of it (measured), so 2 cm are kept."""
 NEAR = 0.25
-"""m; pairs of a link and an obstacle that are farther apart are left out."""
+"""m; pairs of a link and an obstacle that are farther apart are left out, and nearer ones where nothing that the joints
+can do would matter yet."""
 OWN_NEAR = 0.12
 """m; the same for pairs of the robot's own parts, which approach each other slowly."""
 APPROACH = 20.0
@@ -214,23 +217,26 @@ class Avoidance:
         bodies.motion[: bodies.count, 1] = acceleration[moved]
         return self._nearness(jacobian)
 
-    def _candidates(self) -> list[tuple[list[int], float]]:
+    def _candidates(self, jacobian: Array) -> list[tuple[list[int], float]]:
         """Pairs that may be near, and what near is, m; coal knows where their links are."""
         bodies = self._bodies
-        places = pairs_that_may_be_near(
-            self._pairs, bodies.middle, bodies.reach, bodies.rotation, bodies.half, bodies.wrap, self._near
+        balls = bodies.middle, bodies.reach
+        strongest = strongest_accelerations(jacobian, bodies.joint, *balls, self._arm.limits.acceleration)
+        near = distances_that_matter(
+            self._pairs, *balls, bodies.motion, strongest, self._near, APPROACH, self.safe_distance
         )
+        places = pairs_that_may_be_near(self._pairs, *balls, bodies.rotation, bodies.half, bodies.wrap, near)
         pairs: list[list[int]] = self._pairs[places].tolist()
         for k in {k for pair in pairs for k in pair if k < bodies.count}:
             bodies.turn(k)
-        return list(zip(pairs, self._near[places].tolist(), strict=True))
+        return list(zip(pairs, near[places].tolist(), strict=True))
 
     def _nearness(self, jacobian: Array) -> Nearness | None:
         shapes, places = self._bodies.shapes, self._bodies.places
         points, normals = np.empty((2, len(self._pairs), 3))
         pairs: list[tuple[int, int]] = []
         apart: list[float] = []
-        for (i, k), near in self._candidates():
+        for (i, k), near in self._candidates(jacobian):
             found, point, normal = nearest_points(shapes[i], places[i], shapes[k], places[k])
             if found < near:
                 points[len(pairs)], normals[len(pairs)] = point, normal

@@ -32,6 +32,8 @@ _SHORTEST = 1e-3  # m; a core distance below this counts as this
 Bodies = tuple[Array, Array, Array, Array]
 
 _INSIDE = 1e-4  # share of a segment from its ends from which on a point is inside
+_BESIDES = 1.5
+"""Of the joints' accelerations: leaves room for what the motion itself bends, and for limits that are exceeded."""
 _PARALLEL = 1e-6  # share of the determinant below which two segments are parallel
 
 
@@ -142,6 +144,70 @@ def pairs_that_may_be_near(
             found[count] = p
             count += 1
     return found[:count]
+
+
+@njit(cache=True)
+def strongest_accelerations(
+    jacobian: Array, joint: NDArray[np.intp], middle: Array, reach: Array, most: Array
+) -> Array:
+    """How hard all joints together can accelerate any point of each of B bodies, (B,), m/s^2; 0 of what none moves.
+
+    Parameters
+    ----------
+    jacobian : (6, n)
+        As of `Arm.joint_frames`.
+    joint : (B,), int
+        That moves a body; -1 for none.
+    middle, reach : (B, 3) and (B,), m
+    most : (n,), rad/s^2
+    """
+    strongest = np.zeros(len(joint))
+    for b in range(len(joint)):
+        for k in range(joint[b] + 1):
+            axis = np.ascontiguousarray(jacobian[3:, k])
+            arm = jacobian[:3, k] + cross(axis, middle[b])
+            strongest[b] += most[k] * (np.sqrt(np.dot(arm, arm)) + reach[b] * np.sqrt(np.dot(axis, axis)))
+    return strongest
+
+
+@njit(cache=True)
+def distances_that_matter(
+    pairs: NDArray[np.intp],
+    middle: Array,
+    reach: Array,
+    motion: Array,
+    strongest: Array,
+    most: Array,
+    pole: float,
+    safe: float,
+) -> Array:
+    """Distances (P,), m, beyond which the row of a pair would hold whatever the joints do.
+
+    With the bodies as fast and as hard to stop as any of their points, the row of `least_rates` holds by itself where
+    ``pole^2 (d - safe) >= 2 pole speed + acceleration``.
+
+    Parameters
+    ----------
+    pairs : (P, 2), int
+    middle, reach, motion : (B, 3) and (B,), m, and (B, 2, 6)
+        As of `distance_rows`.
+    strongest : (B,), m/s^2
+        As of `strongest_accelerations`.
+    most : (P,), m
+        No distance is larger than this.
+    pole, safe : float, 1/s and m
+    """
+    quick = np.empty(len(middle))
+    for b in range(len(middle)):
+        turn = motion[b, 0, 3:]
+        speed = motion[b, 0, :3] + cross(turn, middle[b])
+        quick[b] = np.sqrt(np.dot(speed, speed)) + reach[b] * np.sqrt(np.dot(turn, turn))
+    matters = np.empty(len(pairs))
+    for p in range(len(pairs)):
+        i, k = pairs[p]
+        hard = _BESIDES * (strongest[i] + strongest[k])
+        matters[p] = min(most[p], safe + (2.0 * pole * (quick[i] + quick[k]) + hard) / pole**2)
+    return matters
 
 
 @njit(cache=True)

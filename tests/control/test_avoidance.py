@@ -170,3 +170,26 @@ def test_what_was_watched_before_is_where_it_is_seen_now(arm, start):
             np.testing.assert_array_equal(one.distance, other.distance)
             np.testing.assert_array_equal(one.constraint.lower, other.constraint.lower)
             np.testing.assert_array_equal(one.constraint.G, other.constraint.G)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_is_left_out_holds_whatever_the_joints_do(arm, start, seed):
+    """Beside an arm of joints that could do anything, for which every pair within 25 cm has its row."""
+    generator = np.random.default_rng(seed)
+    v = generator.uniform(-0.5, 0.5, 7) * arm.limits.velocity
+    tool = arm.forward(start).position
+    balls = [Obstacle(f"{k}", Sphere(0.03), Pose(tool + generator.normal(0.0, 0.15, 3))) for k in range(12)]
+    able = arm.with_payload(0.0)
+    able.limits = replace(arm.limits, acceleration=np.full(7, 1e9))
+    found = []
+    for model in (arm, able):
+        avoidance = Avoidance(model)
+        avoidance.watch(balls, 0.0)
+        found.append(avoidance.near(model, start, v, 0.0))
+    pressing = set() if found[0] is None else set(found[0].pairs)
+    rows, lower = found[1].constraint.G, found[1].constraint.lower
+    left_out = np.array([pair not in pressing for pair in found[1].pairs])
+    assert pressing <= set(found[1].pairs)
+    assert left_out.any()
+    least = -np.abs(rows) @ arm.limits.acceleration
+    assert np.all(least[left_out] >= lower[left_out])

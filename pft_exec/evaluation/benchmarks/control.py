@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pft_exec.evaluation.benchmarks.periods import period_row
+from pft_exec.evaluation.benchmarks.periods import pairs_near, period_row
 from pft_exec.evaluation.benchmarks.stopwatch import Tables
 from pft_exec.evaluation.protocol import Progress
 from pft_exec.geometry import Array, Pose
@@ -149,7 +149,7 @@ def _tick_row(
     from pft_exec.evaluation.benchmarks.plant import PERIOD
 
     compliance = compute_compliance(tube)
-    least, pairs = np.full(len(states), np.inf), 0.0
+    least = np.full(len(states), np.inf)
     for _ in range(ROUNDS):
         controller = TrackingController(arm, PERIOD)
         controller.follow(trajectory.at, compliance, 0.0, blend=False)
@@ -158,8 +158,8 @@ def _tick_row(
             begin = perf_counter()
             controller.update(time, q, v)
             least[k] = min(least[k], perf_counter() - begin)
-    pairs = float(np.median([_pairs_near(arm, tube, balls, q) for _, q, _ in states[::50]]))
-    return {"obstacles": balls, "pairs near": pairs, **_times(least)}
+    near = [pairs_near(arm, _balls(tube, balls), q, self_collision=False) for _, q, _ in states[::50]]
+    return {"obstacles": balls, "pairs near": float(np.median(near)), **_times(least)}
 
 
 def _balls(tube: FlowTube, count: int) -> list[Obstacle]:
@@ -170,15 +170,6 @@ def _balls(tube: FlowTube, count: int) -> list[Obstacle]:
     ring = 0.22 * np.stack([np.cos(angles), 0.0 * angles, np.sin(angles)], axis=1) - np.array([0.0, 0.1, 0.0])
     middle = tube.position[len(tube) // 2]
     return [Obstacle(f"ball {k}", Sphere(0.03), Pose(middle + place)) for k, place in enumerate(ring)]
-
-
-def _pairs_near(arm: Arm, tube: FlowTube, balls: int, q: Array) -> int:
-    from pft_exec.control import Avoidance
-
-    avoidance = Avoidance(arm, self_collision=False)
-    avoidance.watch(_balls(tube, balls), 0.0)
-    near = avoidance.near(arm, q, np.zeros_like(q), 0.0)
-    return 0 if near is None else len(near.distance)
 
 
 def _tracking_row(arm: Arm, tube: FlowTube, name: str, coulomb: float, factor: float) -> dict[str, Any]:

@@ -8,6 +8,7 @@ command, the look at the surroundings included where one is due.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
@@ -59,7 +60,7 @@ def period_row(arm: Arm, tube: FlowTube, obstacles: Sequence[Obstacle]) -> dict[
     start = solve_inverse_kinematics(arm, tube.start, arm.configuration("work")).configuration
     logs = [_run(tube, start, obstacles) for _ in range(ROUNDS)]
     least: Array = 1e6 * reduce(np.minimum, [log.tick for log in logs])[WARM:]
-    pairs = [_pairs_near(arm, obstacles, q) for q in logs[0].configuration[::_EVERY]]
+    pairs = [pairs_near(arm, obstacles, q) for q in logs[0].configuration[::_EVERY]]
     return {
         "obstacles": len(obstacles),
         "pairs near": float(np.median(pairs)),
@@ -76,24 +77,32 @@ def _run(tube: FlowTube, start: Array, obstacles: Sequence[Obstacle]) -> Executi
     from pft_exec.execution.safety.force_watch import ForceWatch
     from pft_exec.execution.safety.watch import pursue
     from pft_exec.execution.takeover import plan_takeover
+    from pft_exec.execution.timeliness import undisturbed, warm_up
     from pft_exec.simulation import World
 
-    with World("pr2", "tabletop", control_period=PERIOD) as world:
+    with World("pr2", "tabletop", control_period=PERIOD) as world, undisturbed():
         world.place("right", start)
         loop = ControlLoop(world, "right")
         if obstacles:
             loop.surroundings = _StandingAround(world, loop.name, obstacles)
+        warm_up(loop)
         takeover = plan_takeover(loop, Candidate(loop, tube, SOFTNESS), 0.0, starting=STARTING)
         outcome = pursue(loop, takeover, ForceWatch(loop), solver="daqp", floating=False)
         return loop.log.finish(outcome.ending == "finished", outcome.reason)
 
 
-def _pairs_near(arm: Arm, obstacles: Sequence[Obstacle], q: Array) -> int:
+def pairs_near(arm: Arm, obstacles: Sequence[Obstacle], q: Array, self_collision: bool = True) -> int:
+    """How many pairs of bodies are within 25 cm, 12 of the robot's own, at a configuration (n,), rad.
+
+    Most of them need no row yet: of joints that could do anything, every pair needs one.
+    """
     from pft_exec.control import Avoidance
 
     if not obstacles:
         return 0
-    avoidance = Avoidance(arm)
+    able = arm.with_payload(0.0)
+    able.limits = replace(arm.limits, acceleration=np.full(len(q), 1e9))
+    avoidance = Avoidance(able, self_collision)
     avoidance.watch(obstacles, 0.0)
-    near = avoidance.near(arm, q, np.zeros_like(q), 0.0)
+    near = avoidance.near(able, q, np.zeros_like(q), 0.0)
     return 0 if near is None else len(near.distance)
