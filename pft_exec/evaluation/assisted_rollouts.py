@@ -15,6 +15,7 @@ from pft_exec.demonstration import Demonstration
 from pft_exec.description import draw_settings, load_task, random_stream
 from pft_exec.exceptions import UnreachableError
 from pft_exec.execution import ExecutionLog, assist, prepare
+from pft_exec.execution.assistance import LET_GO
 from pft_exec.execution.faults import Fault
 from pft_exec.execution.hand.hand_path import plan_hand_path
 from pft_exec.learning import MotionLibrary, learn_library
@@ -56,8 +57,9 @@ def run_assisted(
     seed: int,
     mismatch: Mismatch,
     faults: Sequence[Fault],
-    witness: Callable[[World], Callable[[World], None]],
+    witness: Callable[[World], Callable[[World], None]] | None = None,
     control_period: float = 2e-3,
+    let_go: float = LET_GO,
 ) -> ExecutionLog:
     """Let a hand begin a motion in a scene that nobody taught, and let faults act.
 
@@ -68,9 +70,11 @@ def run_assisted(
         Of the scene and the person.
     mismatch : Mismatch
     faults : sequence of Fault
-    witness : callable
+    witness : callable or None
         Given the world that was set up; what it returns looks on after every control period.
     control_period : float, s
+    let_go : float, s
+        For which the hand's force fades out.
 
     Raises
     ------
@@ -81,7 +85,8 @@ def run_assisted(
     model = load_robot(robot, tool=TOOLS[robot])
     with World(model, task, seed=seed, control_period=control_period, physics_step=1e-3, mismatch=mismatch) as world:
         prepare(world, label, seed=seed)
-        return assist(world, library, label, seed=seed, faults=faults, observer=witness(world))
+        observer = None if witness is None else witness(world)
+        return assist(world, library, label, seed=seed, faults=faults, observer=observer, let_go=let_go)
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pft_exec.evaluation.benchmarks import handoff
+from pft_exec.evaluation.benchmarks import assisted_seams, handoff
 from pft_exec.evaluation.protocol import silent
 
 
@@ -14,6 +14,7 @@ def tables():
         patch.setattr(handoff, "STATES", 40)
         patch.setattr(handoff, "LOOPS", 2)
         patch.setattr(handoff, "PUSHES", 3)
+        patch.setattr(assisted_seams, "RUNS", 2)
         return list(handoff.measure_handoff(0, silent).values())
 
 
@@ -39,11 +40,17 @@ def test_the_torque_steps_little_at_the_seams_and_much_without_a_transition(tabl
 
 
 def test_a_hand_that_lets_go_slowly_makes_no_larger_step(tables):
-    assert all(row["torque step, largest"] <= 0.5 for row in tables[2])
+    for row in tables[2]:
+        assert row["taken over"] == "2 of 2"
+        assert row["torque step, largest"] <= 0.5
+
+
+def test_a_force_that_begins_at_the_seam_does_little(tables):
+    assert all(row["torque step, largest"] <= 0.75 for row in tables[3])
 
 
 def test_a_strong_push_takes_back_in_time_and_a_weak_one_never(tables):
-    for row in tables[3]:
+    for row in tables[4]:
         if row["push"].startswith(("20 N", "40 N")):
             assert row["taken back %"] == 100.0
             assert row["free ms, median"] <= 20.0

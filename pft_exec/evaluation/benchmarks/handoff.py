@@ -10,6 +10,7 @@ import numpy as np
 
 from pft_exec.control import Command, TrackingController, joined
 from pft_exec.control.reference import JointReference
+from pft_exec.evaluation.benchmarks.assisted_seams import FADES, assisted_seam_rows
 from pft_exec.evaluation.benchmarks.joining import Start, random_starts
 from pft_exec.evaluation.benchmarks.plant import Mismatch, Plant
 from pft_exec.evaluation.benchmarks.stopwatch import Tables
@@ -22,7 +23,6 @@ STATES, LOOPS, PUSHES = 1000, 20, 20
 PERIOD = 0.001
 """s; control period and physics step."""
 _SETTLED = 0.05  # s after the join that are still looked at
-_FADES = (0.0, 0.15, 0.3)  # s
 _TAKEN = (
     "felt ms, median",
     "free ms, median",
@@ -31,7 +31,7 @@ _TAKEN = (
     "besides what the push masks",
     "beyond the push",
 )
-_HAND = 8.0  # N of a hand that lets go
+_HAND = 8.0  # N
 _MISMATCHES = {
     "perfect": Mismatch(),
     "friction 20 % wrong": Mismatch(friction=1.2),
@@ -66,8 +66,11 @@ def measure_handoff(seed: int, progress: Progress) -> Tables:
         for name, mismatch in _MISMATCHES.items()
         for way in ("transition", "none: switch directly")
     ]
-    progress("hands that let go slowly", 0.7)
-    tables["a hand of 8 N that lets go slowly"] = [_fade_row(arm, some, fade, seed) for fade in _FADES]
+    progress("hands that let go slowly", 0.6)
+    tables["hands that let go slowly: assisted runs in the world"] = assisted_seam_rows(seed)
+    tables["a force of 8 N, anywhere, that begins at the seam and fades out"] = [
+        _fade_row(arm, some, fade, seed) for fade in FADES
+    ]
     rows = []
     for place, (name, (force, mismatch)) in enumerate(_PUSHED.items()):
         progress(f"taking back: {name}", 0.75 + 0.25 * place / len(_PUSHED))
