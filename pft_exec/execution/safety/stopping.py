@@ -10,6 +10,7 @@ import numpy as np
 from pft_exec.control import GravityCompensation, stop_damping
 from pft_exec.execution.control_loop import ControlLoop
 from pft_exec.execution.log import Stage
+from pft_exec.execution.safety.yielding import racing_brake
 
 REST_SPEED = 0.02
 """rad/s; all joints slower than this are at rest."""
@@ -26,7 +27,8 @@ LONGEST = 2.0
 def stop(loop: ControlLoop, reason: str) -> None:
     """Log why, and hold the arm in damped gravity compensation until it rests.
 
-    Joints whose speed is not seen are not damped: a believed speed would be a push. Where none is seen at all, no
+    A joint near its velocity limit is braked the more firmly: others that come to rest would speed it up. Joints whose
+    speed is not seen are not damped: a believed speed would be a push. Where none is seen at all, no
     controller can keep the arm slow: once the motors have held its weight for `BLIND_TIME`, the drives go on with that
     torque and brake by themselves, as dry friction does and within the motors' limits, until `BRAKE_TIME` is over.
 
@@ -48,7 +50,10 @@ def stop(loop: ControlLoop, reason: str) -> None:
             moved = loop.time
         if loop.arm is not floating.arm:
             floating.carry(loop.arm)
-        command = floating.update(loop.time, q, np.where(loop.guard.unseen, 0.0, v), f"stopped: {reason}")
+        seen = np.where(loop.guard.unseen, 0.0, v)
+        command = floating.update(loop.time, q, seen, f"stopped: {reason}")
+        firm = command.torque - racing_brake(loop.arm, q, seen, loop.world.control_period)
+        command = replace(command, torque=np.clip(firm, -loop.arm.limits.torque, loop.arm.limits.torque))
         loop.apply(command, Stage.STOPPED, perf_counter() - started)
 
 

@@ -100,7 +100,7 @@ class Yielding:
             self._eased = friction_torque(self.arm.friction, self._before.velocity)
             self._last, self._before = self._before.torque - gravity, None
         share = float(np.clip((time - self._eased_since + self._period) / EASE_TIME, 0.0, 1.0))
-        self.brake = share * self._brake(q, v) + self._firm_brake(q, v)
+        self.brake = share * self._brake(q, v) + racing_brake(self.arm, q, v, self._period)
         wanted = share * (command.torque - gravity) + (1.0 - share) * self._eased - self.brake
         torque = gravity + self._approach(wanted, v, np.zeros(len(q)) if felt is None else felt)
         limit = self.arm.limits.torque
@@ -125,22 +125,31 @@ class Yielding:
         brake: Array = np.diag(self.arm.mass_matrix(q)) * (self._settling * v + excess / BRAKE_TIME * np.sign(v))
         return brake
 
-    def _firm_brake(self, q: Array, v: Array) -> Array:
-        """Torque (n,), N m, against joints that turn too fast; the firmer, the nearer they are to their limits."""
-        limit = self.arm.limits.velocity
-        racing = np.maximum(np.abs(v) - RACING_SHARE * limit, 0.0)
-        if not racing.any():
-            return np.zeros(len(q))
-        inertia = 1.0 / np.diag(np.linalg.inv(self.arm.mass_matrix(q)))
-        share = np.minimum(racing / ((1.0 - RACING_SHARE) * limit), 1.0)
-        rate = FIRM_RATES[0] + share * (FIRM_RATES[1] - FIRM_RATES[0])
-        brake: Array = np.minimum(rate, STABLE_SHARE / self._period) * inertia * racing * np.sign(v)
-        return brake
-
     def carry(self, arm: Arm) -> None:
         """Go on with another model of the same arm: a payload was grasped or released."""
         self.arm = arm
         self._floating.carry(arm)
+
+
+def racing_brake(arm: Arm, q: Array, v: Array, period: float) -> Array:
+    """Torque (n,), N m, against joints that turn too fast; the firmer, the nearer they are to their limits.
+
+    Parameters
+    ----------
+    arm : Arm
+    q, v : (n,), rad, rad/s
+    period : float, s
+        For which the torque is held.
+    """
+    limit = arm.limits.velocity
+    racing = np.maximum(np.abs(v) - RACING_SHARE * limit, 0.0)
+    if not racing.any():
+        return np.zeros(len(q))
+    inertia = 1.0 / np.diag(np.linalg.inv(arm.mass_matrix(q)))
+    share = np.minimum(racing / ((1.0 - RACING_SHARE) * limit), 1.0)
+    rate = FIRM_RATES[0] + share * (FIRM_RATES[1] - FIRM_RATES[0])
+    brake: Array = np.minimum(rate, STABLE_SHARE / period) * inertia * racing * np.sign(v)
+    return brake
 
 
 class Calm:
