@@ -14,6 +14,7 @@ from pft_exec.geometry import Array
 IDLE_SPEED = 0.02  # of the greatest smoothed speed; a resting hand's tremor stays below, the slowest motion above
 IDLE_WINDOW = 0.02  # of the duration over which speed is measured, so that tremor and quantization average out
 SUDDEN = 8.0  # times its median speed: a signal that changes faster does something; noise and a steady drift do not
+LEVEL = 0.05  # of its greatest size: a signal that changes by less does nothing; a held thing settles between the pads
 
 
 def split_at_keyframes(demonstration: Demonstration) -> list[Demonstration]:
@@ -51,7 +52,7 @@ def moving_range(demonstration: Demonstration) -> tuple[int, int]:
 
     Idle means slower than `IDLE_SPEED` of the greatest speed, over `IDLE_WINDOW` of the duration, in position and in
     orientation alike, while no discrete signal changes and no continuous one changes at more than `SUDDEN` times its
-    usual speed: a gripper that closes while the tool rests is part of the motion. A recording in which nothing moves
+    usual speed, to another level: a gripper that closes while the tool rests is part of the motion. A recording in which nothing moves
     or changes is all motion.
     """
     window = _window(demonstration.time)
@@ -96,12 +97,24 @@ def _speed(demonstration: Demonstration, window: _Window) -> Array:
 
 
 def _sudden(demonstration: Demonstration, window: _Window) -> NDArray[np.bool_]:
-    """Samples (N,) at which a continuous signal changes much faster than it usually does."""
+    """Samples (N,) at which a continuous signal goes to another level, much faster than it usually changes."""
     sudden = np.zeros(len(demonstration), dtype=bool)
     for values in demonstration.continuous.values():
         rate = np.abs(_rates(window, values))
-        sudden |= rate > max(SUDDEN * float(np.median(rate)), IDLE_SPEED * float(rate.max()))
+        quick = rate > max(SUDDEN * float(np.median(rate)), IDLE_SPEED * float(rate.max()))
+        sudden |= _to_another_level(values, quick)
     return sudden
+
+
+def _to_another_level(values: Array, quick: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Those quick samples (N,) before and after which the level of a signal (N,) differs by `LEVEL`; not at the start."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], quick, [False]]).astype(int)))
+    least, kept = LEVEL * float(np.abs(values).max()), np.zeros(len(values), dtype=bool)
+    for k in range(0, len(edges), 2):
+        before = values[edges[k - 1] if k else 0 : edges[k] + 1]
+        after = values[edges[k + 1] - 1 : edges[k + 2] + 1 if k + 2 < len(edges) else len(values)]
+        kept[edges[k] : edges[k + 1]] = edges[k] > 0 and abs(np.median(after) - np.median(before)) >= least
+    return kept
 
 
 _Window = tuple[NDArray[np.int64], NDArray[np.int64], Array]  # samples (N,) before and after each, and the time between

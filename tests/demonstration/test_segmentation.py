@@ -109,6 +109,15 @@ def test_a_gripper_that_closes_while_the_tool_rests_is_no_idleness() -> None:
     assert 258 <= stop <= 266
 
 
+def test_what_settles_between_the_pads_while_the_tool_rests_is_idleness() -> None:
+    """A gripper's width in m: a held thing gives way by a fifth of a millimetre, and a reading jumps at its first."""
+    settling = np.interp(np.arange(300), [5, 30], [0.0593, 0.0595])
+    empty = np.where(np.arange(300) == 0, 0.0, 2e-5) + 1e-6 * np.random.default_rng(2).normal(size=300)
+    for width in (settling, empty):
+        start, _ = moving_range(moving(before=100, after=100, continuous={"width": width}))
+        assert abs(start - 100) <= 12
+
+
 def test_a_switch_before_the_motion_belongs_to_it_with_the_value_before() -> None:
     opened = (np.arange(300) < 40).astype(int)
     demonstration = without_idle_ends(moving(before=100, after=100, discrete={"closed": opened}))
