@@ -51,9 +51,9 @@ def moving_range(demonstration: Demonstration) -> tuple[int, int]:
     """First and one past the last sample of the motion itself, idle ends left out; at least two samples.
 
     Idle means slower than `IDLE_SPEED` of the greatest speed, over `IDLE_WINDOW` of the duration, in position and in
-    orientation alike, while no discrete signal changes and no continuous one changes at more than `SUDDEN` times its
-    usual speed, to another level: a gripper that closes while the tool rests is part of the motion. A recording in which nothing moves
-    or changes is all motion.
+    orientation alike, while no discrete signal changes and no continuous one changes to another level at more than
+    `SUDDEN` times its usual speed: a gripper that closes while the tool rests is part of the motion. A recording in
+    which nothing moves or changes is all motion.
     """
     window = _window(demonstration.time)
     busy = (_speed(demonstration, window) > IDLE_SPEED) | _sudden(demonstration, window)
@@ -107,7 +107,7 @@ def _sudden(demonstration: Demonstration, window: _Window) -> NDArray[np.bool_]:
 
 
 def _to_another_level(values: Array, quick: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Those quick samples (N,) before and after which the level of a signal (N,) differs by `LEVEL`; not at the start."""
+    """Those quick samples (N,), not at the start, before and after which a signal's level differs by `LEVEL`."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quick, [False]]).astype(int)))
     least, kept = LEVEL * float(np.abs(values).max()), np.zeros(len(values), dtype=bool)
     for k in range(0, len(edges), 2):
