@@ -58,9 +58,11 @@ def frame_in_space(axes: Any, points: Array) -> None:
     )
     axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.0)
     for name in AXES:
-        getattr(axes, f"set_{name}label")(f"{name} (m)", labelpad=-2, fontsize=8)
+        getattr(axes, f"set_{name}label")(f"{name} (m)", labelpad=-1, fontsize=8)
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(4))
-    axes.tick_params(labelsize=6, pad=-2)
+    axes.zaxis.set_rotate_label(False)  # else it stands on its head
+    axes.zaxis.label.set_rotation(90.0)
+    axes.tick_params(labelsize=7, pad=-2)
     axes.view_init(elev=24.0, azim=-128.0)  # from behind the robot's right shoulder: x away, y to the left
 
 
