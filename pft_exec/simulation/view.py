@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pft_exec.description import TaskDescription
-from pft_exec.geometry import Array, mirror_positions
+from pft_exec.description import BoxShape, TaskDescription, TrayShape
+from pft_exec.geometry import Array, Pose, mirror_positions
 
 if TYPE_CHECKING:
     from pft_exec.simulation.world import World
 
 _MARGIN = 0.94  # share of the picture's width and height that is filled at most
+_LARGEST = 1.5  # of the extent of arm, objects and workspace; larger furniture may be cut off
 _NEAREST = 0.3  # m between the camera and whatever is in its picture
 _FIELD = 36.0  # degrees
 _TOWARDS = (-1.25, 0.85, -0.85)
@@ -85,7 +86,7 @@ def nearest_view(points: Array, direction: Array, field_of_view: float, aspect: 
 
 
 def whole_view(world: World, arm: str, points: Iterable[Array] = (), aspect: float = 4.0 / 3.0) -> View:
-    """A view of an arm, of the objects as they stand now and of the task's workspace, whole.
+    """A view of an arm, of the objects as they stand now, of what they stand on and of the task's workspace, whole.
 
     Parameters
     ----------
@@ -100,6 +101,8 @@ def whole_view(world: World, arm: str, points: Iterable[Array] = (), aspect: flo
     x, y, z = _TOWARDS
     side = 1.0 if world.arm_name() == arm else -1.0
     seen = np.vstack([extent(world, arm), _corners_of_workspace(world.task_for(arm)), *points])
+    size = _LARGEST * float(np.linalg.norm(np.ptp(seen, axis=0)))
+    seen = np.vstack([seen, *_corners_of_furniture(world.task, size)])
     eye, target = nearest_view(seen, world.base.rotation @ np.array([x, side * y, z]), _FIELD, aspect)
     (a, b, c), (u, v, w) = world.base.inverse().apply([eye, target]).tolist()
     return View((a, b, c), (u, v, w), _FIELD)
@@ -115,10 +118,22 @@ def extent(world: World, arm: str) -> Array:
         if link.joint >= 0:
             ends = ends @ rotation[link.joint].T + translation[link.joint]
         points.append(world.base.apply(ends[:, None] + link.radius * _CORNERS).reshape(-1, 3))
-    for name, pose in world.scene.objects.items():
-        shape = world.task.objects[name].shape
-        points.append(pose.apply(np.array([shape.outline, shape.outline, 0.5 * shape.height]) * _CORNERS))
+    points += [_corners_of_object(world.task, name, pose) for name, pose in world.scene.objects.items()]
     return np.vstack(points)
+
+
+def _corners_of_object(task: TaskDescription, name: str, pose: Pose) -> Array:
+    shape = task.objects[name].shape
+    if isinstance(shape, BoxShape | TrayShape):
+        return pose.apply(0.5 * np.array(shape.size) * _CORNERS)
+    return pose.apply(np.array([shape.outline, shape.outline, 0.5 * shape.height]) * _CORNERS)
+
+
+def _corners_of_furniture(task: TaskDescription, size: float) -> list[Array]:
+    """Of each piece that is no larger than `size`, m: a wall or a floor would leave nothing to be seen of the rest."""
+    standing = {name: item.fixed.pose for name, item in task.objects.items() if item.fixed is not None}
+    corners = [_corners_of_object(task, name, pose) for name, pose in standing.items()]
+    return [piece for piece in corners if np.linalg.norm(np.ptp(piece, axis=0)) <= size]
 
 
 def _corners_of_workspace(task: TaskDescription) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -88,6 +89,15 @@ def test_objects_and_workspace_are_in_the_picture_and_other_instants_where_they_
     earlier = np.array([[0.5, -1.5, 1.5]])
     assert np.abs(of_view(view, world, earlier)).max() > 1.0
     assert np.abs(of_view(whole_view(world, "right", [earlier]), world, earlier)).max() <= 1.0
+
+
+def test_furniture_is_in_the_picture_unless_it_is_larger_than_all_that_counts(world: World) -> None:
+    table = next(item for item in world.task.objects.values() if item.fixed is not None)
+    corners = table.fixed.pose.apply(0.5 * np.array(table.shape.size) * np.array(list(product((-1.0, 1.0), repeat=3))))
+    assert np.abs(of_view(whole_view(world, "right"), world, corners)).max() <= 1.0
+    walled = {**world.task.objects, "wall": replace(table, shape=replace(table.shape, size=(0.1, 9.0, 9.0)))}
+    with World(world.robot, replace(world.task, objects=walled), world.scene) as room:
+        assert whole_view(room, "right") == whole_view(world, "right")
 
 
 def test_the_view_of_the_other_arm_is_the_mirror_image(world: World) -> None:
