@@ -47,6 +47,15 @@ def color_of(labels: Iterable[str]) -> dict[str, str]:
     return {label: COLORS[place % len(COLORS)] for place, label in enumerate(sorted(set(labels)))}
 
 
+def line_of(labels: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Color and line style of each label: solid lines in all colors of the palette, then dashed, then dotted ones."""
+    names, styles = sorted(set(labels)), ("-", "--", "-.")
+    return {
+        name: {"color": COLORS[place % len(COLORS)], "linestyle": styles[place // len(COLORS) % len(styles)]}
+        for place, name in enumerate(names)
+    }
+
+
 def frame_in_space(axes: Any, points: Array) -> None:
     """Label 3-D axes and fit them as a cube, one scale on all three, around points (M, 3), m."""
     low, high = points.min(axis=0), points.max(axis=0)

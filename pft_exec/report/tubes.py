@@ -8,6 +8,8 @@ from typing import Any
 
 import mpl_toolkits.mplot3d  # noqa: F401 - registers the projection "3d"
 import numpy as np
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from pft_exec.demonstration import Demonstration, Scene
@@ -20,6 +22,7 @@ SIGMAS = 2.0  # half width of a drawn tube, standard deviations
 _RING = 25  # points of a cross-section
 _SECTIONS = 120  # cross-sections of a drawn tube
 _NEAR = 0.5  # of a path's extent; an object farther from it would shrink the picture
+_TIMED, _AT_PLACE = 0.13, 0.28  # opacity of the bands over time
 _OPACITY = 0.3  # of a tube that covers itself nowhere
 
 
@@ -101,9 +104,18 @@ def plot_tubes(
                 axes = figure.add_subplot(grid[row, axis + 1])
                 draw_axis(axes, tube, lines, axis, colors[label])
                 axes.set_title(f"{label}: {AXES[axis]}", fontsize=9)
-        handles, names = axes.get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+        figure.legend(handles=_legend(), loc="outside lower center", ncols=4)
         figure.suptitle(f"Flow tubes: mean, {SIGMAS:g} standard deviations, and the demonstrations in this scene")
+
+
+def _legend() -> list[Any]:
+    """What the marks mean, in no motion's color."""
+    return [
+        Patch(color=MARK, linewidth=0, alpha=_TIMED, label="tube and its timing"),
+        Patch(color=MARK, linewidth=0, alpha=_TIMED + _AT_PLACE, label="tube"),
+        Line2D([], [], color=MUTED, linewidth=0.7, label="demonstrations"),
+        Line2D([], [], color=MARK, label="mean"),
+    ]
 
 
 def _demonstrated(tube: FlowTube, taught: Iterable[Demonstration]) -> list[tuple[Array, Array]]:
@@ -159,8 +171,8 @@ def draw_axis(axes: Any, tube: FlowTube, lines: Iterable[tuple[Array, Array]], a
     """
     mean, spread = tube.position[:, axis], SIGMAS * np.sqrt(tube.covariance[:, axis, axis])
     fill: dict[str, Any] = {"color": color, "linewidth": 0}
-    axes.fill_between(*band_over_time(tube, axis, SIGMAS), **fill, alpha=0.13, label="tube and its timing")
-    axes.fill_between(tube.time, mean - spread, mean + spread, **fill, alpha=0.28, label="tube")
+    axes.fill_between(*band_over_time(tube, axis, SIGMAS), **fill, alpha=_TIMED, label="tube and its timing")
+    axes.fill_between(tube.time, mean - spread, mean + spread, **fill, alpha=_AT_PLACE, label="tube")
     for place, (time, position) in enumerate(lines):
         axes.plot(time, position[:, axis], color=MUTED, linewidth=0.7, label=None if place else "demonstrations")
     axes.plot(tube.time, mean, color=color, label="mean")

@@ -12,6 +12,7 @@ from pft_exec.exceptions import StorageError
 from pft_exec.geometry import Pose
 from pft_exec.learning import FlowTube, MotionLibrary
 from pft_exec.report import plot_demonstrations, plot_tubes, tube_surface
+from pft_exec.report.style import line_of
 from pft_exec.report.timing import band_over_time
 from pft_exec.report.tubes import objects_near
 
@@ -113,6 +114,12 @@ def test_a_tube_from_plain_arrays_is_drawn_with_the_demonstrations_of_its_label(
 def test_demonstrations_are_drawn_by_motion(demonstrations: list[Demonstration], tmp_path: Path) -> None:
     plot_demonstrations(demonstrations, tmp_path / "demonstrations.png")
     assert (tmp_path / "demonstrations.png").read_bytes().startswith(PNG)
+
+
+def test_more_labels_than_colors_still_look_different() -> None:
+    looks = line_of(f"motion {number}" for number in range(24))
+    assert len({(look["color"], look["linestyle"]) for look in looks.values()}) == 24
+    assert {look["linestyle"] for look in list(line_of(f"{number}" for number in range(8)).values())} == {"-"}
 
 
 def test_a_picture_in_a_missing_folder_or_of_an_unknown_kind_is_refused(
