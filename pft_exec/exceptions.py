@@ -65,7 +65,7 @@ class UnknownMethodError(UnknownNameError, ValueError):
 
 
 class MissingObjectError(UnknownNameError):
-    """The scene lacks an object that a relevant motion variable refers to."""
+    """The scene lacks an object that is named: by a relevant motion variable, a substitution or a task."""
 
 
 class DescriptionError(PFTError, ValueError):

@@ -144,6 +144,11 @@ def test_a_substitution_names_two_objects(capsys: pytest.CaptureFixture[str], li
             assert "such as bottle=can" in mistake(capsys, command, library, "up", "--substitute", pair)
 
 
+def test_a_substitute_for_what_nobody_taught_is_a_mistake(capsys: pytest.CaptureFixture[str], library: Path) -> None:
+    for command in ("execute", "assist"):
+        assert "is named 'botle'" in mistake(capsys, command, library, "up", "--substitute", "botle=can")
+
+
 def test_learning_prints_the_decisions_and_holds_out_the_rest(
     capsys: pytest.CaptureFixture[str], taught: Path, tmp_path: Path
 ) -> None:

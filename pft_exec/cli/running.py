@@ -99,8 +99,9 @@ def _stage(library: Path, motion: str, options: RunOptions, bar: bool = True) ->
     from pft_exec.execution import prepare
 
     known = MotionLibrary.load(library)
-    known[motion]  # refused before any world opens
     swaps, robot, seed = options.swaps, load_robot(options.robot, options.tool), options.seed
+    known[motion]  # refused before any world opens, as are substitutes of what nobody taught
+    known.check_substitute(swaps)
     with progress(motion, bar), World(robot, options.task, gui=options.gui, seed=seed, grasp=options.grasp) as world:
         prepare(world, motion, options.arm, seed=seed, substitute=swaps)
         yield world, known.mirrored(world.base) if options.mirror else known

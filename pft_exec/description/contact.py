@@ -52,13 +52,13 @@ def judge_poured(
     arrived = int(inside(task, limits.into, after[limits.into], measured.liquid).sum())
     left = int(inside(task, limits.vessel, after[limits.vessel], measured.liquid).sum())
     moved = float(np.linalg.norm(after[limits.into].position - before[limits.into].position))
-    upright = float(np.cos(lean_of(after[limits.into])))
+    lean = lean_of(after[limits.into])
     reason = (
         f"{arrived} of {count} balls in the {limits.into}, {left} left in the {limits.vessel}; the {limits.into} "
-        f"moved by {1e3 * moved:.1f} mm and stands to {upright:.3f}"
+        f"moved by {1e3 * moved:.1f} mm and leans by {np.degrees(lean):.1f} degrees"
     )
     done = arrived >= limits.share * count - 1e-9 and left <= limits.left * count + 1e-9
-    return Verdict(done and upright > limits.upright and moved < limits.moved, reason)
+    return Verdict(done and bool(np.cos(lean) > limits.upright) and moved < limits.moved, reason)
 
 
 def judge_rests_in(task: TaskDescription, limits: RestsIn, after: Mapping[str, Pose], measured: Measured) -> Verdict:

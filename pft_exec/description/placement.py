@@ -62,12 +62,6 @@ def draw_scene(task: TaskDescription, rng: np.random.Generator, label: str | Non
     raise UnreachableError(f"task {task.name!r}: no placement found with {task.clearance.objects} m between objects.")
 
 
-def draw_start(task: TaskDescription, label: str, rng: np.random.Generator) -> Pose:
-    """The tool's pose before a motion that begins nowhere near an object, world frame, drawn uniformly."""
-    start = _start_at(task.start_of(label), rng.random(6), {})
-    return start if task.mirror is None else start.mirrored(task.mirror)
-
-
 def nominal_setting(task: TaskDescription, label: str, objects: Mapping[str, Pose]) -> Setting:
     """Objects as given, world frame, and the tool in the middle of where it may stand before that motion begins.
 

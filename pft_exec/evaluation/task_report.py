@@ -50,17 +50,27 @@ def write_report(
         "failures": failure_rows(results),
         "rollouts": [item.to_dict() for item in results],
     }
-    sheets = [_sheet(out, results, arm) for arm in dict.fromkeys(item.arm for item in results)]
+    sheets = {arm: _sheet(out, results, arm) for arm in dict.fromkeys(item.arm for item in results)}
     parts = [
         page.table([{"figure": name, **figure} for name, figure in report["figures"].items()], "figures"),
         page.table(report["motions"], "motions, with 95 % Wilson intervals"),
         page.table(report["variables"], "motion variables over seeds"),
         page.table(report["failures"], "failures"),
-        *(page.section(page.heading(path.stem), page.image(path, "how each rollout ended")) for path in sheets),
+        *(_sheet_section(arm, path) for arm, path in sheets.items()),
     ]
     page.write_page(out / "report.html", f"{about['task']} on {about['robot']}", parts)
     (out / "report.json").write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
     return report
+
+
+def _sheet_section(arm: str, sheet: Path) -> str:
+    name = arm if arm.endswith("arm") else f"{arm} arm"
+    caption = "Each picture is the end of a rollout, with the scene's number; green: success, orange: failure."
+    return page.section(
+        page.heading(f"How the rollouts of the {name} ended"),
+        page.paragraph(caption),
+        page.image(sheet, f"ends of the rollouts of the {name}"),
+    )
 
 
 def figures(

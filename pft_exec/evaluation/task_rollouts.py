@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pft_exec.demonstration import Scene
-from pft_exec.description import TaskDescription, load_task, random_stream
+from pft_exec.description import load_task, random_stream
 from pft_exec.description.contact import inside
 from pft_exec.evaluation.measurements import beyond
 from pft_exec.evaluation.methods import expected_conflicts
@@ -21,9 +21,9 @@ from pft_exec.execution.log import Stage
 from pft_exec.geometry import Array, geodesic_distance
 from pft_exec.learning import FlowTube, MotionLibrary
 from pft_exec.model import JointLimits, load_robot
-from pft_exec.report.film import FPS, Scenes
+from pft_exec.report.film import FPS, Scenes, captioned
 from pft_exec.report.video import write_video
-from pft_exec.simulation import View, World, default_arm, render_states
+from pft_exec.simulation import World, default_arm, extent, render_states, whole_view
 
 DRAWN, MIRRORED = "drawn", "mirrored"
 """Scenes drawn for the arm, and mirror images of those drawn for the taught arm."""
@@ -123,8 +123,7 @@ def run_rollout(rollout: Rollout, library: Path, folder: Path, film: str = "fail
             result = _result(rollout, bool(log.success), log.reason, figures)
         _save_tile(world, rollout, folder)
         if scenes.states and _is_filmed(film, result, rollout.name):
-            frames = render_states(world, scenes.states, FRAME, view_of(world.task, rollout.arm, world))
-            write_video(frames, folder / f"{rollout.name}.mp4", FPS)
+            _write_film(world, scenes, rollout, folder)
     return result
 
 
@@ -227,19 +226,20 @@ def _is_filmed(film: str, result: RolloutResult, name: str) -> bool:
     return name.startswith(film)
 
 
-def view_of(task: TaskDescription, arm: str, world: World) -> View:
-    """A camera that sees the task's workspace from above, beyond and the side of the arm; robot's base frame."""
-    bounds = np.array([task.workspace.x, task.workspace.y, task.workspace.z])
-    center = task.robot_base.inverse().apply(bounds.mean(axis=1))
-    center[2] -= 0.25 * float(np.ptp(bounds[2]))
-    eye = center + np.array([1.25, -0.85, 0.6]) * max(float(np.ptp(bounds, axis=1).max()), 0.6)
-    view = View(tuple(eye.tolist()), tuple(center.tolist()), 36.0)
-    return view if arm == default_arm(world.robot) else view.mirrored()
-
-
 def _save_tile(world: World, rollout: Rollout, folder: Path) -> None:
     """A picture of the world as the rollout left it."""
     from PIL import Image
 
-    image = world.camera.frame(TILE, view_of(world.task, rollout.arm, world))
+    image = world.camera.frame(TILE, whole_view(world, rollout.arm))
     Image.fromarray(image).save(folder / f"{rollout.name}.png")
+
+
+def _write_film(world: World, scenes: Scenes, rollout: Rollout, folder: Path) -> None:
+    """A film of a run from one place, from which all of it is seen."""
+    passed = []
+    for state in scenes.states:
+        world.show_state(state)
+        passed.append(extent(world, rollout.arm))
+    view = whole_view(world, rollout.arm, passed)
+    frames = (captioned(frame, scenes.caption) for frame in render_states(world, scenes.states, FRAME, view))
+    write_video(frames, folder / f"{rollout.name}.mp4", FPS)

@@ -140,7 +140,7 @@ class Candidates:
         """One candidate after the other; a motion whose object is gone keeps the tube that it had."""
         for label, before in list(self.by_label.items()):
             try:
-                tube = self._library[label].flow_tube(scene, start, self.substitute)
+                tube = self._library.flow_tube(label, scene, start, self.substitute)
             except MissingObjectError:
                 yield before
             else:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pft_exec.demonstration import Scene
 from pft_exec.description import Setting, TaskDescription, draw_setting, nominal_setting, random_stream, setting_from
-from pft_exec.exceptions import UnreachableError
+from pft_exec.exceptions import MissingObjectError, UnreachableError
 from pft_exec.execution.grasping import set_up_motion
 from pft_exec.execution.hand.guiding import lead_there
 from pft_exec.execution.hand.hand_path import HandPath, plan_hand_paths, resting_posture
@@ -59,6 +59,8 @@ def prepare(
     ------
     UnknownMotionError, UnknownArmError
         If the task has no such motion, or the robot no such arm.
+    MissingObjectError
+        If a substitution names an object that the scene lacks.
     UnreachableError
         If the arm does not reach the start, or none of many drawn placements lets it make the motion.
     """
@@ -92,9 +94,17 @@ def trade_places(task: TaskDescription, label: str, setting: Setting, substitute
     """The setting in which each substitute is where the taught object was, and the other way round.
 
     What stood still stands on what it stood on; what was held lies in the hand as the taught object did.
+
+    Raises
+    ------
+    MissingObjectError
+        If the setting lacks one of them.
     """
     objects, holds = dict(setting.objects), task.motion(label).holds
     for taught, now in substitute.items():
+        for name in (taught, now):
+            if name not in setting.objects:
+                raise MissingObjectError("object", name, setting.objects, f"They are what {label!r} finds.")
         rise = 0.5 * (task.objects[now].shape.height - task.objects[taught].shape.height)
         is_held = holds is not None and holds.object == taught
         objects[now] = _lifted(setting.objects[taught], 0.0 if is_held else rise)

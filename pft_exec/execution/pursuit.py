@@ -115,11 +115,6 @@ class Outcome:
     fallbacks: int
     command: Command | None
 
-    @property
-    def is_clean(self) -> bool:
-        """Whether it finished and no control period fell back."""
-        return self.ending == "finished" and self.fallbacks == 0
-
 
 class Pursuit:
     """Carry out a take-over: transition, tube, rest.

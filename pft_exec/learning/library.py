@@ -18,7 +18,7 @@ from pft_exec.exceptions import LearningError, MissingObjectError, PFTError, Sto
 from pft_exec.geometry import Pose
 from pft_exec.learning.decisions import motion_extent
 from pft_exec.learning.flow_tube import FlowTube
-from pft_exec.learning.motion import Motion, learn_motion
+from pft_exec.learning.motion import Motion, check_taught, learn_motion
 
 FORMAT = "pft_exec motion library"
 VERSION = 1
@@ -60,14 +60,51 @@ class MotionLibrary:
     def flow_tubes(
         self, scene: Scene, start: Pose | None = None, substitute: Mapping[str, str] | None = None
     ) -> dict[str, FlowTube]:
-        """Tubes of all motions in a scene; a motion whose object is missing is left out with a warning."""
+        """Tubes of all motions in a scene, as `flow_tube` makes each; one whose object is missing is left out.
+
+        Warns
+        -----
+        RuntimeWarning
+            Of each motion that is left out.
+
+        Raises
+        ------
+        UnknownNameError
+            If no motion of the library knows an object that is to be substituted.
+        """
+        self.check_substitute(substitute or {})
         tubes: dict[str, FlowTube] = {}
-        for label, motion in self.motions.items():
+        for label in self.motions:
             try:
-                tubes[label] = motion.flow_tube(scene, start, substitute)
+                tubes[label] = self.flow_tube(label, scene, start, substitute)
             except MissingObjectError as error:
                 warnings.warn(f"motion {label!r} is left out: {error}", RuntimeWarning, stacklevel=2)
         return tubes
+
+    def flow_tube(
+        self, label: str, scene: Scene, start: Pose | None = None, substitute: Mapping[str, str] | None = None
+    ) -> FlowTube:
+        """As ``library[label].flow_tube``, but a substitution may name an object that only other motions know.
+
+        Raises
+        ------
+        MissingObjectError
+            If the scene lacks an object that a motion variable refers to, or a substitute.
+        UnknownMotionError
+            If there is no such motion.
+        UnknownNameError
+            If no motion of the library knows an object that is to be substituted.
+        """
+        self.check_substitute(substitute or {})
+        motion = self[label]
+        own = {taught: now for taught, now in (substitute or {}).items() if taught in motion.objects}
+        return motion.flow_tube(scene, start, own)
+
+    def check_substitute(self, substitute: Mapping[str, str]) -> None:
+        """Raise UnknownNameError where no motion knows an object that is to be substituted."""
+        if substitute:
+            known = sorted({name for motion in self.motions.values() for name in motion.objects})
+            check_taught(substitute, "object of the library's motions", known)
 
     def mirrored(self, plane: Pose | None = None) -> MotionLibrary:
         """Every motion as the other arm would make it."""

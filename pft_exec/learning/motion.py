@@ -41,6 +41,11 @@ class Motion:
     options: Mapping[str, Any] = field(default_factory=dict)
     segments: tuple[Motion, ...] = ()
 
+    @property
+    def objects(self) -> tuple[str, ...]:
+        """Names of the objects that some demonstration has, sorted; others have no part in the motion."""
+        return tuple(sorted({name for demonstration in self.demonstrations for name in demonstration.objects}))
+
     def flow_tube(
         self, scene: Scene, start: Pose | None = None, substitute: Mapping[str, str] | None = None
     ) -> FlowTube:
@@ -58,8 +63,11 @@ class Motion:
         Raises
         ------
         MissingObjectError
-            If the scene lacks an object that a motion variable refers to.
+            If the scene lacks an object that a motion variable refers to, or a substitute.
+        UnknownNameError
+            If no demonstration has an object that is to be substituted.
         """
+        check_taught(substitute or {}, f"object of motion {self.label!r}", self.objects)
         return self._flow_tube(substituted(scene, substitute or {}), start)
 
     def _flow_tube(self, scene: Scene, start: Pose | None) -> FlowTube:
@@ -91,6 +99,13 @@ class Motion:
         if not isinstance(learned, RobustMotion):
             learned = learn_robust(self.demonstrations, find_variables(self.demonstrations, self.relevant))
         return coach(self.demonstrations, self.variables, learned.residual)
+
+
+def check_taught(substitute: Mapping[str, str], kind: str, objects: Sequence[str]) -> None:
+    """Refuse to substitute what is not among the taught `objects`; `kind` says whose they are."""
+    for name in substitute:
+        if name not in objects:
+            raise UnknownNameError(kind, name, objects, "Only an object that was there when it was taught has a place.")
 
 
 def substituted(scene: Scene, substitute: Mapping[str, str]) -> Scene:

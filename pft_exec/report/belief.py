@@ -10,7 +10,7 @@ import numpy as np
 
 from pft_exec.execution.log import BeliefHistory
 from pft_exec.report.stream import StreamRecognition
-from pft_exec.report.style import MARK, MUTED, color_of, picture
+from pft_exec.report.style import MARK, MUTED, color_of, line_of, picture
 
 _COLUMNS = 3
 _SINGLE = 6  # recordings that get a panel each; more are drawn by motion
@@ -84,10 +84,10 @@ def plot_beliefs(results: Sequence[StreamRecognition], path: str | Path) -> None
 
 
 def _draw_history(axes: Any, history: BeliefHistory, truth: str | None) -> None:
-    colors = color_of(history.labels)
+    looks = line_of(history.labels)
     for column, label in enumerate(history.labels):
         width = 2.4 if label == truth else 1.3
-        axes.plot(history.time, history.probability[:, column], color=colors[label], linewidth=width, label=label)
+        axes.plot(history.time, history.probability[:, column], **looks[label], linewidth=width, label=label)
     axes.plot(history.time, history.unknown, color=MUTED, linestyle=":", label="unknown")
     axes.set(xlabel="time (s)", ylabel="probability", ylim=(-0.03, 1.03))
 

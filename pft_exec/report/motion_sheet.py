@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +12,7 @@ from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.geometry import Array
 from pft_exec.learning import FlowTube
 from pft_exec.report.style import AXES, COLORS, MARK, frame_in_space, picture
-from pft_exec.report.tubes import SIGMAS, draw_axis, draw_in_space
+from pft_exec.report.tubes import SIGMAS, draw_axis, draw_in_space, objects_near, outline
 
 
 def plot_motion(
@@ -20,11 +20,12 @@ def plot_motion(
     tubes: Mapping[str, FlowTube],
     path: str | Path,
     shown: Demonstration | None = None,
+    objects: Collection[str] = (),
 ) -> None:
     """Draw a motion on one sheet.
 
-    Above, in space: the demonstrations as they were recorded, then the tube of each method in a new scene. Below, each
-    axis over time: the first method's tube, the means of the others, and what a person did in that scene.
+    Above, in space: the demonstrations as they were recorded, then the tube of each method in a new scene, all on one
+    scale. Below, each axis over time: the first method's tube, the means of the others, and what a person did there.
 
     Parameters
     ----------
@@ -35,6 +36,8 @@ def plot_motion(
     path : str or Path
     shown : Demonstration or None
         The same motion as a person made it in the tubes' scene; it was not learned from.
+    objects : names
+        Of that scene, to be in the picture however far they are; others are where they are near.
 
     Raises
     ------
@@ -42,16 +45,26 @@ def plot_motion(
         If the picture cannot be written.
     """
     scene = Scene() if shown is None else shown.scene
-    with picture(path, 4.3 * (1 + len(tubes)), 7.4) as figure:
+    with picture(path, 4.3 * (1 + len(tubes)), 7.2) as figure:
+        figure.set_layout_engine("constrained", w_pad=0.12)
         parts: Any = figure.subfigures(2, 1, height_ratios=(1.25, 1.0))
         above, below = parts
         axes = [above.add_subplot(1, 1 + len(tubes), 1 + place, projection="3d") for place in range(1 + len(tubes))]
         _draw_taught(axes[0], demonstrations)
-        for place, (method, tube) in enumerate(tubes.items()):
-            draw_in_space(axes[place + 1], tube, _carried(tube), COLORS[place], scene)
-            axes[place + 1].set_title(f"learned, {method}: new scene, {SIGMAS:g} sigma", fontsize=9)
+        _draw_learned(axes[1:], tubes, scene, objects)
         for axis, panel in enumerate(below.subplots(1, 3)):
             _draw_time(panel, tubes, shown, axis)
+        handles, names = panel.get_legend_handles_labels()
+        below.legend(handles, names, loc="outside lower center", ncols=len(names))
+
+
+def _draw_learned(axes: Sequence[Any], tubes: Mapping[str, FlowTube], scene: Scene, objects: Collection[str]) -> None:
+    points = np.vstack([outline(tube, _carried(tube)) for tube in tubes.values()])
+    near = objects_near(points, scene, objects)
+    for place, (method, tube) in enumerate(tubes.items()):
+        draw_in_space(axes[place], tube, _carried(tube), COLORS[place], near)
+        frame_in_space(axes[place], np.vstack([points, *near.values()]))
+        axes[place].set_title(f"learned, {method}: new scene, {SIGMAS:g} sigma", fontsize=9)
 
 
 def _draw_taught(axes: Any, demonstrations: Sequence[Demonstration]) -> None:
@@ -60,7 +73,8 @@ def _draw_taught(axes: Any, demonstrations: Sequence[Demonstration]) -> None:
         axes.plot(*item.position.T, color=color, linewidth=1.0)
         axes.scatter(*item.position[0], color=color, marker="o", s=14)
         axes.scatter(*item.position[-1], color=color, marker="s", s=16)
-    axes.set_title(f"taught: {len(demonstrations)} demonstrations (circle: start, square: end)", fontsize=9)
+    title = f"{demonstrations[0].label}: {len(demonstrations)} demonstrations (circle: start, square: end)"
+    axes.set_title(title, fontsize=9)
     frame_in_space(axes, np.vstack([item.position for item in demonstrations]))
 
 
@@ -75,8 +89,6 @@ def _draw_time(axes: Any, tubes: Mapping[str, FlowTube], shown: Demonstration | 
         time = shown.time - shown.time[0]
         axes.plot(time, shown.position[:, axis], color=MARK, linestyle=":", label="a person in this scene")
     axes.set_title(f"{AXES[axis]}, new scene", fontsize=9)
-    if axis == 0:
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncols=2, fontsize=7)
 
 
 def _carried(tube: FlowTube) -> list[tuple[Array, Array]]:

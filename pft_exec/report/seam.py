@@ -88,7 +88,8 @@ def _draw_seam(figure: Any, log: ExecutionLog) -> None:
     axes[-1].set_xlabel("time (s)")
     _joint_legend(axes[1], log.configuration.shape[1])
     title = f"Handoff of {log.label!r}, {log.arm} arm: commanded (solid) and measured (dotted)"
-    figure.suptitle(fill(title, TITLE_WIDTH))
+    figure.align_ylabels(axes)
+    figure.suptitle(fill(title, TITLE_WIDTH), fontsize=9)
 
 
 def _draw_run(figure: Any, log: ExecutionLog) -> None:
@@ -103,6 +104,7 @@ def _draw_run(figure: Any, log: ExecutionLog) -> None:
         draw_timing(axes[6], log)
     mark_events(axes, log)
     axes[-1].set_xlabel("time (s)")
+    figure.align_ylabels(axes)
     figure.suptitle(fill(f"{log.label}, {log.arm} arm: {log.reason}", TITLE_WIDTH), fontsize=9)
 
 

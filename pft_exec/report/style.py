@@ -47,6 +47,15 @@ def color_of(labels: Iterable[str]) -> dict[str, str]:
     return {label: COLORS[place % len(COLORS)] for place, label in enumerate(sorted(set(labels)))}
 
 
+def line_of(labels: Iterable[str]) -> dict[str, dict[str, str]]:
+    """Color and line style of each label: solid lines in all colors of the palette, then dashed, then dotted ones."""
+    names, styles = sorted(set(labels)), ("-", "--", "-.")
+    return {
+        name: {"color": COLORS[place % len(COLORS)], "linestyle": styles[place // len(COLORS) % len(styles)]}
+        for place, name in enumerate(names)
+    }
+
+
 def frame_in_space(axes: Any, points: Array) -> None:
     """Label 3-D axes and fit them as a cube, one scale on all three, around points (M, 3), m."""
     low, high = points.min(axis=0), points.max(axis=0)
@@ -58,9 +67,11 @@ def frame_in_space(axes: Any, points: Array) -> None:
     )
     axes.set_box_aspect((1.0, 1.0, 1.0), zoom=1.0)
     for name in AXES:
-        getattr(axes, f"set_{name}label")(f"{name} (m)", labelpad=-2, fontsize=8)
+        getattr(axes, f"set_{name}label")(f"{name} (m)", labelpad=-1, fontsize=8)
         getattr(axes, f"{name}axis").set_major_locator(MaxNLocator(4))
-    axes.tick_params(labelsize=6, pad=-2)
+    axes.zaxis.set_rotate_label(False)  # else it stands on its head
+    axes.zaxis.label.set_rotation(90.0)
+    axes.tick_params(labelsize=7, pad=-2)
     axes.view_init(elev=24.0, azim=-128.0)  # from behind the robot's right shoulder: x away, y to the left
 
 

@@ -5,13 +5,14 @@ outside are poses with quaternions (x, y, z, w), world frame, and arrays in the 
 """
 
 from pft_exec.simulation import banner  # noqa: F401 - first, before PyBullet is imported elsewhere
-from pft_exec.simulation.camera import VIEWS, Camera, View
+from pft_exec.simulation.camera import Camera
 from pft_exec.simulation.contents import SetUp
 from pft_exec.simulation.disturbance import ORDINARY, Mismatch
-from pft_exec.simulation.hand import HandGrip, HandGuide, RecordedPath, ToolPath
-from pft_exec.simulation.placement import check_reach, default_arm, nominal_start, task_for
+from pft_exec.simulation.hand import HandGrip, HandGuide, ToolPath
+from pft_exec.simulation.placement import check_reach, default_arm, task_for
 from pft_exec.simulation.push import Push
 from pft_exec.simulation.replay import WorldState, render_states
+from pft_exec.simulation.view import VIEWS, View, extent, whole_view
 from pft_exec.simulation.world import World
 
 __all__ = [
@@ -22,7 +23,6 @@ __all__ = [
     "HandGuide",
     "Mismatch",
     "Push",
-    "RecordedPath",
     "SetUp",
     "ToolPath",
     "View",
@@ -30,7 +30,8 @@ __all__ = [
     "WorldState",
     "check_reach",
     "default_arm",
-    "nominal_start",
+    "extent",
     "render_states",
     "task_for",
+    "whole_view",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pft_exec.geometry import Array
+from pft_exec.simulation.view import camera_axes
 
 _TILE = 0.5  # m
 _LIGHT, _DARK = np.array([214.0, 216.0, 220.0]), np.array([192.0, 195.0, 201.0])
@@ -34,7 +35,7 @@ def compute_backdrop(eye: Array, target: Array, field_of_view: float, size: tupl
     (height, width, 3) uint8
     """
     width, height = size
-    forward, right, up = _camera_axes(eye, target)
+    right, up, forward = camera_axes(target - eye)
     half = np.tan(0.5 * np.radians(field_of_view))
     across = half * width / height * _grid(width)
     rise = -half * _grid(height)[:, None]
@@ -47,14 +48,6 @@ def compute_backdrop(eye: Array, target: Array, field_of_view: float, size: tupl
     image = _SKY + light * (_LIGHT - _SKY) + dark * (_DARK - _SKY)
     rounded: NDArray[np.uint8] = np.round(image).astype(np.uint8)
     return rounded
-
-
-def _camera_axes(eye: Array, target: Array) -> tuple[Array, Array, Array]:
-    """Unit vectors forward, right and up of a level camera, world frame."""
-    forward = (target - eye) / np.linalg.norm(target - eye)
-    right = np.cross(forward, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    return forward, right, np.cross(right, forward)
 
 
 def _grid(count: int) -> Array:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from types import MappingProxyType
-
 import numpy as np
 import pybullet
 from numpy.typing import NDArray
@@ -12,28 +9,7 @@ from numpy.typing import NDArray
 from pft_exec.exceptions import SimulationError, UnknownNameError
 from pft_exec.geometry import Pose
 from pft_exec.simulation.backdrop import compute_backdrop
-
-
-@dataclass(frozen=True)
-class View:
-    """Where a camera stands and looks, in the robot's base frame, m, and its vertical field of view, degrees."""
-
-    eye: tuple[float, float, float]
-    target: tuple[float, float, float]
-    field_of_view: float
-
-    def mirrored(self) -> View:
-        """The same from the robot's other side."""
-        (x, y, z), (u, v, w) = self.eye, self.target
-        return View((x, -y, z), (u, -v, w), self.field_of_view)
-
-
-_RIGHT = {
-    "room": View(eye=(2.5, -1.75, 1.9), target=(0.3, -0.06, 0.83), field_of_view=38.0),
-    "table": View(eye=(1.75, -1.0, 1.5), target=(0.48, -0.13, 0.89), field_of_view=38.0),
-}
-_LEFT = {f"{name}_left": view.mirrored() for name, view in _RIGHT.items()}
-VIEWS = MappingProxyType(_RIGHT | _LEFT)
+from pft_exec.simulation.view import VIEWS, View
 
 _CLIP = (0.1, 12.0)  # m; nothing nearer or farther is seen
 _NOTHING = 0.9999  # depth in the clipped range beyond which no body is

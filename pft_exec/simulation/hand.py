@@ -134,54 +134,6 @@ class HandGuide:
         return min(max(round(time / self._step), 0), self._last)
 
 
-@dataclass(frozen=True, eq=False)
-class RecordedPath:
-    """A path through samples, such as a demonstration's.
-
-    Parameters
-    ----------
-    time : (N,), s
-    position : (N, 3), m, world frame
-    quaternion : (N, 4), (x, y, z, w), world frame
-
-    Raises
-    ------
-    SimulationError
-        If shapes do not fit, a number is not finite, or time does not increase.
-    """
-
-    time: Array
-    position: Array
-    quaternion: Array
-
-    def __post_init__(self) -> None:
-        count = len(self.time)
-        if count < 2 or self.position.shape != (count, 3) or self.quaternion.shape != (count, 4):
-            raise SimulationError(
-                f"a recorded path needs N >= 2 times (N,), positions (N, 3) and quaternions (N, 4); got "
-                f"{self.time.shape}, {self.position.shape} and {self.quaternion.shape}."
-            )
-        if not all(np.isfinite(values).all() for values in (self.time, self.position, self.quaternion)):
-            raise SimulationError("a recorded path must be finite.")
-        if (np.diff(self.time) <= 0.0).any():
-            raise SimulationError("the time of a recorded path must increase.")
-
-    @property
-    def duration(self) -> float:
-        """From the first sample to the last, s."""
-        return float(self.time[-1] - self.time[0])
-
-    def at(self, time: ArrayLike) -> tuple[Array, Array]:
-        """Position (N, 3), m, and orientation (N, 4), (x, y, z, w), at times (N,), s, from the first sample on."""
-        from scipy.interpolate import PchipInterpolator
-        from scipy.spatial.transform import Rotation, Slerp
-
-        wanted = np.clip(np.asarray(time, dtype=float) + self.time[0], self.time[0], self.time[-1])
-        position = PchipInterpolator(self.time, self.position)(wanted)
-        quaternion = Slerp(self.time, Rotation.from_quat(self.quaternion))(wanted).as_quat()
-        return position, quaternion
-
-
 def _angular_velocity(quaternion: Array, step: float) -> Array:
     """Angular velocity (N, 3), rad/s, world frame, by central differences of quaternions (N, 4), (x, y, z, w)."""
     before = np.vstack([quaternion[:1], quaternion[:-1]])

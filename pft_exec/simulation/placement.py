@@ -6,7 +6,7 @@ xz plane of the robot's base.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from pft_exec.demonstration import Scene
 from pft_exec.description import (
@@ -22,7 +22,7 @@ from pft_exec.geometry import Array, Pose
 from pft_exec.model import Arm, RobotModel, solve_inverse_kinematics
 
 _ATTEMPTS = 100
-_WORK = "work"  # named configuration that searches begin from, where the robot has one
+_WORK, _PARKED = "work", "parked"  # named configurations, where the robot has them
 
 
 def default_arm(robot: RobotModel) -> str:
@@ -36,12 +36,10 @@ def task_for(robot: RobotModel, task: TaskDescription, arm: str) -> TaskDescript
     return task if (task.mirror is not None) == is_mirrored else task.mirrored()
 
 
-def nominal_start(task: TaskDescription, label: str, objects: Mapping[str, Pose] | None = None) -> Pose:
-    """The middle of where the tool may stand before a motion (or what that follows), world frame.
-
-    Where the start is relative to an object, `objects`, world frame, say where that is.
-    """
-    return nominal_setting(task, label, objects or {}).start
+def standing_configuration(arm: Arm, is_parked: bool = False) -> Array:
+    """Joints (n,), rad, in which an arm stands ready, or parked: as named where it has such a name, else mid-range."""
+    name = _PARKED if is_parked else _WORK
+    return arm.configuration(name) if name in arm.configurations else 0.5 * (arm.limits.lower + arm.limits.upper)
 
 
 def check_reach(arm: Arm, task: TaskDescription, label: str, scene: Scene, start: Pose | None = None) -> None:
@@ -66,7 +64,7 @@ def check_reach(arm: Arm, task: TaskDescription, label: str, scene: Scene, start
     MissingObjectError
         If the scene lacks an object that the motion refers to.
     """
-    seed = _seed(arm)
+    seed = standing_configuration(arm)
     for what, pose in _poses(task, label, scene, start):
         reached = solve_inverse_kinematics(arm, task.robot_base.inverse() @ pose, seed)
         if not reached.found:
@@ -138,9 +136,3 @@ def _poses(task: TaskDescription, label: str, scene: Scene, start: Pose | None) 
             what = "its start" if index == 0 else "its end" if index == last else f"waypoint {index}"
             yield what if part == label else f"{what} of {part!r}", Pose(position, quaternion)
         here = waypoints.end
-
-
-def _seed(arm: Arm) -> Array:
-    if _WORK in arm.configurations:
-        return arm.configuration(_WORK)
-    return 0.5 * (arm.limits.lower + arm.limits.upper)

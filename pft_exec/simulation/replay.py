@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pft_exec.geometry import Array
-from pft_exec.simulation.camera import View
+from pft_exec.simulation.view import View
 
 if TYPE_CHECKING:
     from pft_exec.simulation.world import World

@@ -15,21 +15,20 @@ from numpy.typing import ArrayLike
 from pft_exec.demonstration import Scene
 from pft_exec.description import TaskDescription, load_task
 from pft_exec.exceptions import SimulationError, UnknownArmError
-from pft_exec.geometry import Array, Pose, conjugate, multiply, rotate
+from pft_exec.geometry import Array, Pose
 from pft_exec.model import Arm, RobotModel, load_robot
+from pft_exec.simulation.base_frame import BaseFrame
 from pft_exec.simulation.camera import Camera
 from pft_exec.simulation.checks import check_within_limits, checked, checked_scene, steps_per_period
 from pft_exec.simulation.contents import Contents, SetUp
 from pft_exec.simulation.disturbance import Encoder, Mismatch
 from pft_exec.simulation.engine import Engine
-from pft_exec.simulation.placement import default_arm, draw_reachable_scene, task_for
+from pft_exec.simulation.placement import default_arm, draw_reachable_scene, standing_configuration, task_for
 from pft_exec.simulation.replay import WorldState
 from pft_exec.simulation.robot_body import RobotBody
 
 SETTLING_TIME = 0.3
 """s for which grasps and liquid settle at set-up, before time begins."""
-
-_WORK, _PARKED = "work", "parked"  # named configurations that arms stand in after a reset, where the robot has them
 
 
 class World:
@@ -81,7 +80,7 @@ class World:
         self.task = task if isinstance(task, TaskDescription) else load_task(task)
         self.seed = seed
         self.control_period, self.physics_step = control_period, physics_step
-        self._at_origin = self.base == Pose(np.zeros(3))
+        self._base_frame = BaseFrame(self.base)
         self._mismatch, self._grasp = mismatch, grasp
         self.steps_per_period = steps_per_period(control_period, physics_step)
         self._scene = checked_scene(self.task, self.draw_scene(seed) if scene is None else scene)
@@ -99,26 +98,20 @@ class World:
         self._contents = Contents(self._engine, self.task, self._scene, self._robot_body, set_up, self._grasp)
         at_work = set(configurations) or {self.arm_name()}
         for name in self.robot.arms:
-            self.place(name, configurations.get(name, self._standing(name, _WORK if name in at_work else _PARKED)))
+            standing = standing_configuration(self.arm(name), is_parked=name not in at_work)
+            self.place(name, configurations.get(name, standing))
         self._settle(set_up)
 
     def _settle(self, set_up: SetUp) -> None:
         """Open and close grippers, and let what is held and filled come to rest before time begins."""
         for name in set_up.opened:
-            self._body.place_gripper(self.arm_name(name))
+            self._body.place_gripper(self._gripping(name))
         for name, held in set_up.holding.items():
-            self._contents.grasps.put(self.arm_name(name), held, self.tool(name))
+            self._contents.grasps.put(self._gripping(name), held, self.tool(name))
         if not set_up.is_plain:
             for _ in range(round(SETTLING_TIME / self.physics_step)):
                 self.step()
         self._count = 0
-
-    def _standing(self, arm: str, name: str) -> ArrayLike:
-        """Where an arm stands after a reset: as named, or in the middle of its limits."""
-        model = self.robot.arm(arm)
-        if name in model.configurations:
-            return model.configuration(name)
-        return 0.5 * (model.limits.lower + model.limits.upper)
 
     @property
     def base(self) -> Pose:
@@ -181,15 +174,11 @@ class World:
 
     def tool(self, arm: str | None = None) -> Pose:
         """Pose of an arm's tool now, world frame; by the model, from the measured configuration."""
-        return self._tool(self.arm_name(arm), self.state(arm)[0])
+        return self._base_frame.to_world(self.arm(arm).forward(self.state(arm)[0]))
 
     def true_tool(self, arm: str | None = None) -> Pose:
         """Pose of an arm's tool now, world frame, from where its joints are: to judge by, never to control."""
-        return self._tool(self.arm_name(arm), self.true_state(arm)[0])
-
-    def _tool(self, arm: str, q: Array) -> Pose:
-        pose = self.robot.arm(arm).forward(q)
-        return pose if self._at_origin else self.base @ pose
+        return self._base_frame.to_world(self.arm(arm).forward(self.true_state(arm)[0]))
 
     def tool_motion(self, arm: str | None = None) -> tuple[Array, Array, Array]:
         """Position (3,), m, quaternion (4,), (x, y, z, w), and velocity (6,) of an arm's true tool now, world frame.
@@ -197,12 +186,7 @@ class World:
         The velocity is linear, m/s, then angular, rad/s. As `tool`, but fast enough for every physics step.
         """
         name = self.arm_name(arm)
-        dynamics = self.robot.arm(name).dynamics(*self._body.true_state(name))
-        if self._at_origin:
-            return dynamics.position, dynamics.quaternion, dynamics.velocity
-        turn = self.base.quaternion
-        velocity = rotate(turn, dynamics.velocity.reshape(2, 3)).ravel()
-        return self.base.apply(dynamics.position), multiply(turn, dynamics.quaternion), velocity
+        return self._base_frame.motion_to_world(self.robot.arm(name).dynamics(*self._body.true_state(name)))
 
     def command(self, arm: str, torque: ArrayLike) -> None:
         """Set an arm's motor torque (n,), N m, for the coming physics steps, until it is set again; releases the brake.
@@ -244,9 +228,7 @@ class World:
             If a shape is wrong or a number is not finite.
         """
         wrench = np.stack([checked(force, 3, "force", "N"), checked(torque, 3, "torque", "N m")])
-        if not self._at_origin:
-            wrench = rotate(conjugate(self.base.quaternion), wrench)
-        self._body.push(self.arm_name(arm), wrench.ravel())
+        self._body.push(self.arm_name(arm), self._base_frame.wrench_from_world(wrench))
 
     @property
     def _body(self) -> RobotBody:
@@ -287,10 +269,14 @@ class World:
         SimulationError
             If the arm has no gripper, or it does not open that far.
         """
+        self._body.set_width(self._gripping(arm), width)
+
+    def _gripping(self, arm: str) -> str:
+        """Name of an arm that has a gripper."""
         name = self.arm_name(arm)
         if not self._body.has_gripper(name):
             raise SimulationError(f"arm {name!r} of robot {self.robot.name!r} has no gripper.")
-        self._body.set_width(name, width)
+        return name
 
     def has_gripper(self, arm: str | None = None) -> bool:
         """Whether an arm has fingers."""

@@ -13,10 +13,10 @@ from pft_exec.description import (
     draw_scene,
     draw_setting,
     draw_settings,
-    draw_start,
     hand_clearance,
     load_task,
     nominal_goal,
+    nominal_setting,
     object_clearance,
     path_is_free,
     random_stream,
@@ -51,7 +51,7 @@ def test_drawn_starts_lie_in_their_ranges_and_turn_no_further_than_stated(task: 
     rng = random_stream(0, "evaluate")
     start = task.start_of("reach")
     for _ in range(50):
-        pose = draw_start(task, "reach", rng)
+        pose = draw_setting(task, "reach", rng).start
         for value, (least, greatest) in zip(pose.position, (start.x, start.y, start.z), strict=True):
             assert least <= value <= greatest
         assert geodesic_distance(start.quaternion, pose.quaternion) <= np.linalg.norm(start.turned) + 1e-12
@@ -133,8 +133,13 @@ def test_move_left_keeps_its_start(task: TaskDescription) -> None:
     assert waypoints.end == Pose(waypoints.positions[-1], waypoints.quaternions[-1])
 
 
+def test_the_nominal_start_is_mirrored_with_the_task(task: TaskDescription) -> None:
+    start = nominal_setting(task, "reach", {}).start
+    assert nominal_setting(task.mirrored(), "reach", {}).start == start.mirrored(task.robot_base)
+
+
 def test_a_scene_without_an_object_of_the_motion_is_refused(task: TaskDescription) -> None:
-    start = draw_start(task, "reach", random_stream(0, "evaluate"))
+    start = draw_setting(task, "reach", random_stream(0, "evaluate")).start
     with pytest.raises(MissingObjectError, match="'bottle'"):
         resolve_waypoints(task, "reach", Scene({}), start)
     with pytest.raises(UnknownMotionError):

@@ -50,6 +50,14 @@ def test_both_methods_learn_from_the_same_and_are_drawn_where_a_person_is_seen(m
     assert reach.size("robust") == pytest.approx(1.0, abs=0.05)
 
 
+def test_relations_are_counted_and_their_objects_named(motions: list[LearnedMotion]) -> None:
+    reach = motions[0]
+    found = {"robust": reach.meant, "dong2012": {**reach.meant, "start.position": "table"}}
+    changed = LearnedMotion(**{**vars(reach), "found": found})
+    assert (changed.right("robust"), changed.right("dong2012")) == ("4 of 4", "3 of 4")
+    assert changed.objects == {"bottle"}, "what is no placed object of the scene has no place in the picture"
+
+
 def test_a_collapsed_motion_is_small(motions: list[LearnedMotion]) -> None:
     still = motions[0].tubes["robust"]
     middle = still.position.mean(axis=0)
@@ -66,7 +74,7 @@ def test_the_page_has_every_motion_its_numbers_and_the_paper_s_words(
     text = write_figure5(motions, tmp_path).read_text(encoding="utf-8")
     assert all(f"<h2>{item.label.replace('_', ' ')}</h2>" in text for item in motions)
     assert text.count("data:image/png") == len(motions)
-    assert "0.9 to 1.3 s" in text
+    assert text.count("in the paper in 0.9 to 1.3 s") == len(motions)
     assert "the displacement varied too much to be found relevant" in text
     assert "spread" in text
     json.dumps([item.to_dict() for item in motions])

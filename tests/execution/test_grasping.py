@@ -9,7 +9,7 @@ import pytest
 
 from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.description import draw_scene, draw_settings, load_task, random_stream
-from pft_exec.exceptions import UnreachableError
+from pft_exec.exceptions import MissingObjectError, UnreachableError
 from pft_exec.execution import ControlLoop, execute, prepare, teach
 from pft_exec.execution.grasping import GRIPPER_CLOSED, GripperReplay, GripperWait, handles_objects
 from pft_exec.execution.hand.hand_path import Hand, plan_hand_paths
@@ -204,6 +204,14 @@ def test_a_substitute_is_where_the_taught_object_was_and_stands_on_the_same_tabl
         assert foot == pytest.approx(setting.objects[before].position[2] - 0.5 * task.objects[before].shape.height)
     held = next(iter(draw_settings(task, "shake", 1, np.random.default_rng(0))))
     assert trade_places(task, "shake", held, {"bottle": "can"}).objects["can"] == held.objects["bottle"]
+
+
+def test_trading_places_with_what_is_not_there_is_refused_by_name() -> None:
+    task = load_task("bottle")
+    setting = next(iter(draw_settings(task, "reach", 1, np.random.default_rng(0))))
+    for pair in ({"botle": "can"}, {"bottle": "jug"}):
+        with pytest.raises(MissingObjectError, match=r"no object is named '(botle'. Did you mean 'bottle'|jug')"):
+            trade_places(task, "reach", setting, pair)
 
 
 def test_a_substitute_is_held_where_the_motion_holds_something(table: World) -> None:

@@ -24,7 +24,7 @@ def pursue(world: World, library: MotionLibrary, supervise, attend=lambda _: Non
     outcome = Pursuit(loop, takeover, supervisors=[lambda _: GO_ON, supervise], attendants=[attend]).run()
     if outcome.ending == "stopped":
         stop(loop, outcome.reason)
-    return outcome, loop.log.finish(outcome.is_clean, outcome.reason)
+    return outcome, loop.log.finish(outcome.ending == "finished", outcome.reason)
 
 
 def test_slowed_down_and_stopped_on_the_way_it_stays_on_the_tube_and_the_reference_is_smooth(
@@ -34,7 +34,7 @@ def test_slowed_down_and_stopped_on_the_way_it_stays_on_the_tube_and_the_referen
         return Verdict(0.0) if 0.5 <= now.time < 1.2 else Verdict(0.5) if now.time < 2.0 else GO_ON
 
     outcome, log = pursue(shared_world, library, supervise)
-    assert outcome.is_clean
+    assert (outcome.ending, outcome.fallbacks) == ("finished", 0)
     assert log.phase[-1] == 1.0
     resting = (log.time > 1.1) & (log.time < 1.2)
     assert np.ptp(log.phase[resting]) < 1e-3
@@ -51,7 +51,7 @@ def test_a_stop_is_an_outcome_with_its_reason_and_the_arm_comes_to_rest(
     outcome, log = pursue(
         shared_world, library, lambda now: Verdict(ending="stopped", reason="enough") if now.phase > 0.4 else GO_ON
     )
-    assert (outcome.ending, outcome.reason, outcome.is_clean) == ("stopped", "enough", False)
+    assert (outcome.ending, outcome.reason) == ("stopped", "enough")
     assert outcome.phase == pytest.approx(0.4, abs=0.01)
     assert log.stage[-1] == Stage.STOPPED
     assert np.abs(log.velocity[-1]).max() < 0.05
@@ -63,7 +63,7 @@ def test_a_stop_is_an_outcome_with_its_reason_and_the_arm_comes_to_rest(
 def test_attendants_see_every_period_with_its_command(shared_world: World, library: MotionLibrary) -> None:
     seen: list[Instant] = []
     outcome, log = pursue(shared_world, library, lambda _: GO_ON, seen.append)
-    assert outcome.is_clean
+    assert (outcome.ending, outcome.fallbacks) == ("finished", 0)
     assert len(seen) == len(log)
     np.testing.assert_array_equal([instant.phase for instant in seen], log.phase)
     np.testing.assert_array_equal([instant.configuration for instant in seen], log.configuration)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -9,9 +10,9 @@ import numpy as np
 import pytest
 
 from pft_exec.demonstration import Scene
-from pft_exec.exceptions import LearningError, StorageError, UnknownMotionError
+from pft_exec.exceptions import LearningError, MissingObjectError, StorageError, UnknownMotionError, UnknownNameError
 from pft_exec.learning import METHODS, MotionLibrary, learn_library
-from tests.learning.taught import TRUTH, all_lessons, taught
+from tests.learning.taught import TRUTH, all_lessons, lesson, taught
 
 NEW = taught("reach", np.random.default_rng(99))
 
@@ -87,3 +88,33 @@ def test_the_published_method_regularizes_all_motions_of_a_library_alike() -> No
     library = learn_library(all_lessons(), "dong2012")
     values = {motion.options["regularization"] for motion in library.motions.values()}
     assert len(values) == 1
+
+
+def _library_with_a_motion_that_knows_no_bottle() -> MotionLibrary:
+    others = [d for d in all_lessons() if d.label != "reach"]
+    blind = [replace(d, objects={"mat": d.objects["mat"]}) for d in others if d.label == "move_left"]
+    return learn_library([*lesson("reach"), *blind])
+
+
+def test_a_substitution_concerns_the_motions_that_know_the_object_and_no_others() -> None:
+    library = _library_with_a_motion_that_knows_no_bottle()
+    scene = Scene({"mat": NEW.scene["mat"], "carton": NEW.scene["bottle"]})
+    tubes, plain = library.flow_tubes(scene, NEW.start, {"bottle": "carton"}), library.flow_tubes(NEW.scene, NEW.start)
+    assert list(tubes) == ["reach", "move_left"]
+    for label, tube in tubes.items():
+        np.testing.assert_array_equal(tube.position, plain[label].position)
+        alone = library.flow_tube(label, scene, NEW.start, {"bottle": "carton"})
+        np.testing.assert_array_equal(alone.position, tube.position)
+    with pytest.raises(UnknownNameError, match="no object of motion 'move_left' is named 'bottle'"):
+        library["move_left"].flow_tube(scene, NEW.start, {"bottle": "carton"})
+    with pytest.raises(MissingObjectError, match="'jug'"):
+        library.flow_tube("reach", scene, NEW.start, {"bottle": "jug"})
+
+
+def test_a_substitute_for_what_no_motion_knows_is_refused() -> None:
+    library = _library_with_a_motion_that_knows_no_bottle()
+    for ask in (library.flow_tubes, lambda *given: library.flow_tube("reach", *given)):
+        with pytest.raises(UnknownNameError, match=r"no object of the library's motions is named 'botle'.*'bottle'"):
+            ask(NEW.scene, NEW.start, {"botle": "mat"})
+    with pytest.raises(UnknownMotionError, match="Did you mean 'reach'"):
+        library.flow_tube("reech", NEW.scene, NEW.start)

@@ -110,6 +110,25 @@ def test_a_substitute_takes_the_place_of_the_learned_object(method: str) -> None
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_a_substitute_for_what_was_never_taught_is_refused(method: str) -> None:
+    motion = learn_motion(lesson("reach"), method)
+    scene = Scene({**NEW.scene.objects, "carton": NEW.scene["bottle"]})
+    with pytest.raises(UnknownNameError, match=r"no object of motion 'reach' is named 'botle'. Did you mean 'bottle'"):
+        motion.flow_tube(scene, NEW.start, substitute={"botle": "carton"})
+    with pytest.raises(UnknownNameError, match=r"'carton'.*Choices: 'bottle', 'mat'"):
+        motion.flow_tube(scene, NEW.start, substitute={"carton": "bottle"})
+
+
+def test_an_object_that_some_demonstration_has_may_be_substituted_whether_it_matters_or_not() -> None:
+    first, *others = lesson("reach")
+    motion = learn_motion([replace(first, objects={"bottle": first.objects["bottle"]}), *others])
+    assert motion.objects == ("bottle", "mat")
+    scene = Scene({**NEW.scene.objects, "tray": NEW.scene["mat"]})
+    tube = motion.flow_tube(scene, NEW.start, substitute={"mat": "tray"})
+    np.testing.assert_array_equal(tube.position, motion.flow_tube(NEW.scene, NEW.start).position)
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_mirrored_motion_makes_the_mirrored_tube(method: str) -> None:
     plane = Pose([0.1, 0.2, 0.3], turned(0.4))
     motion = learn_motion(lesson("put_on_table"), method)

@@ -30,6 +30,15 @@ def test_each_picture_is_there_in_the_color_of_its_result(tmp_path: Path) -> Non
     assert (sheet == GOOD).all(axis=1).sum() == 2 * (sheet == BAD).all(axis=1).sum() > 0
 
 
+def test_many_pictures_go_on_in_further_rows(tmp_path: Path) -> None:
+    rows = {"reach": [tile(tmp_path, f"{place:02d}.png", 100 + place, True) for place in range(20)]}
+    with Image.open(write_contact_sheet(rows, tmp_path / "sheet.png")) as opened:
+        sheet = np.asarray(opened.convert("RGB"))
+    assert sheet.shape[1] == 8 * (40 + 14) + 6
+    assert sheet.shape[0] == 3 * (30 + 32) + 6
+    assert all((sheet == 100 + place).all(axis=-1).sum() > 800 for place in range(20))
+
+
 def test_pictures_that_are_not_there_are_named(tmp_path: Path) -> None:
     with pytest.raises(StorageError, match="needs at least one picture"):
         write_contact_sheet({"reach": []}, tmp_path / "sheet.png")

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from pft_exec.demonstration.synthetic import STEADY, HumanPath, human_path
-from pft_exec.description import resolve_waypoints
+from pft_exec.description import nominal_setting, resolve_waypoints
 from pft_exec.exceptions import SimulationError
 from pft_exec.geometry import quaternion_from_rotation_vector
 from pft_exec.model import solve_inverse_kinematics
-from pft_exec.simulation import HandGrip, HandGuide, RecordedPath, World, nominal_start
+from pft_exec.simulation import HandGrip, HandGuide, World
 
 AT_REST = np.zeros(6)
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
@@ -71,17 +71,6 @@ def test_letting_go_fades_and_can_be_taken_back() -> None:
     assert hand.strength(0.5) == 0.0
 
 
-def test_a_recorded_path_passes_through_its_samples() -> None:
-    time = np.linspace(3.0, 4.0, 21)
-    position, quaternion = straight_path().at(time - 3.0)
-    path = RecordedPath(time, position, quaternion)
-    assert path.duration == 1.0
-    again = path.at(time - 3.0)
-    np.testing.assert_allclose(again[0], position, atol=1e-12)
-    np.testing.assert_allclose(np.abs(np.sum(again[1] * quaternion, axis=1)), 1.0, atol=1e-12)
-    np.testing.assert_allclose(HandGuide(path).pose(9.0)[0], position[-1], atol=1e-12)
-
-
 def test_a_hand_that_has_no_path_is_refused() -> None:
     class Lost:
         duration = 1.0
@@ -95,27 +84,13 @@ def test_a_hand_that_has_no_path_is_refused() -> None:
         HandGuide(Lost())
 
 
-@pytest.mark.parametrize(
-    ("time", "position", "message"),
-    [
-        (np.array([0.0]), np.zeros((1, 3)), r"needs N >= 2 times"),
-        (np.array([0.0, 1.0]), np.zeros((3, 3)), r"got \(2,\), \(3, 3\) and \(2, 4\)"),
-        (np.array([0.0, 1.0]), np.full((2, 3), np.inf), "must be finite"),
-        (np.array([1.0, 1.0]), np.zeros((2, 3)), "time of a recorded path must increase"),
-    ],
-)
-def test_a_recording_that_is_no_path_is_refused(time: np.ndarray, position: np.ndarray, message: str) -> None:
-    with pytest.raises(SimulationError, match=message):
-        RecordedPath(time, position, np.tile(LEVEL, (len(time), 1)))
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("arm", ["right", "left"])
 @pytest.mark.parametrize("label", ["reach", "put_on_table", "move_left", "go_home"])
 def test_the_hand_leads_each_arm_within_ten_millimeters_and_fifteen_newtons(world: World, arm: str, label: str) -> None:
     """There and back in 2 s each way, from the middle of the starts, in a drawn scene, with teaching's damping."""
     task, scene = world.task_for(arm), world.draw_scene(3, arm)
-    start = nominal_start(task, label)
+    start = nominal_setting(task, label, {}).start
     model = world.arm(arm)
     found = solve_inverse_kinematics(model, world.base.inverse() @ start, model.configuration("work"))
     world.reset(scene, {arm: found.configuration})

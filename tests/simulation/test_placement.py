@@ -12,7 +12,7 @@ from pft_exec.description import TaskDescription, object_clearance
 from pft_exec.exceptions import MissingObjectError, UnknownMotionError, UnreachableError
 from pft_exec.geometry import Pose
 from pft_exec.model import RobotModel
-from pft_exec.simulation import World, check_reach, nominal_start, task_for
+from pft_exec.simulation import World, check_reach, task_for
 from pft_exec.simulation.placement import draw_reachable_scene
 
 
@@ -34,11 +34,6 @@ def test_the_other_arm_gets_the_mirror_image(robot: RobotModel, task: TaskDescri
     for arm, scene in (("right", right), ("left", left)):
         for label in task.labels:
             check_reach(robot.arm(arm), task_for(robot, task, arm), label, scene)
-
-
-def test_the_nominal_start_is_mirrored_with_the_task(task: TaskDescription) -> None:
-    start = nominal_start(task, "reach")
-    assert nominal_start(task.mirrored(), "reach") == start.mirrored(task.robot_base)
 
 
 def test_a_scene_that_only_the_other_arm_reaches_is_refused_with_the_distance(

@@ -11,7 +11,7 @@ from pft_exec.description import TaskDescription
 from pft_exec.exceptions import SimulationError
 from pft_exec.geometry import Pose
 from pft_exec.model import RobotModel, load_robot
-from pft_exec.simulation import World
+from pft_exec.simulation import SetUp, World
 from tests.simulation.runs import float_arm
 
 
@@ -168,6 +168,9 @@ def test_an_arm_without_gripper_says_so(world: World) -> None:
         assert bare.gripper() == 0.0
         with pytest.raises(SimulationError, match="arm 'arm' of robot 'wam' has no gripper"):
             bare.set_gripper("arm", 0.0)
+        for set_up in (SetUp(opened=("arm",)), SetUp(holding={"arm": "bottle"})):
+            with pytest.raises(SimulationError, match="arm 'arm' of robot 'wam' has no gripper"):
+                bare.reset(set_up=set_up)
 
 
 def test_a_robot_that_cannot_be_loaded_is_refused(task: TaskDescription, world: World) -> None:
