@@ -6,8 +6,9 @@ was carried, `decisions` says why, `variables` holds it and `report` prints it. 
 demonstrations at common steps (`alignment`, `landmarks`, `dynamic_time_warping`, `resampling`), finds what was handled
 on the way (`handling`), lets `experts` predict each from the others (`normalization`, `endpoint`, `averaging`), leaves
 each out to see which help (`leave_one_out`), asks which objects are passed between the ends (`passing`), blends the
-experts by their errors (`stacking`, `blending`) and takes what is left as the tube's `covariance`; `signals` adds
-gripper and switches. Compiled beneath them: `turning`, `averaging`, `smoothing`, `frame_product`, `stacking_kernel`.
+experts by their errors (`stacking`, `blending`) and takes what is left as the tube's `covariance`, with what a new
+scene leaves open about their weights (`leverage`); `signals` adds gripper and switches. Compiled beneath them:
+`turning`, `averaging`, `smoothing`, `frame_product`, `stacking_kernel`.
 ``method="dong2012"`` is the published method (`published_variables`, `fast_dtw`, `dong2012`). Keyframes make `compound`
 motions, `coaching` advises the teacher, `library` keeps all motions and their file. What comes out, for the recognizer
 and the controller, is the `flow_tube` with its `events`.

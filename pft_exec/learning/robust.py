@@ -25,7 +25,7 @@ from pft_exec.learning.alignment import (
     warped_phases,
 )
 from pft_exec.learning.averaging import average
-from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict
+from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict, with_ends
 from pft_exec.learning.carrying import carried_objects
 from pft_exec.learning.covariance import carried_covariance, residual_covariance
 from pft_exec.learning.endpoint import (
@@ -53,6 +53,7 @@ from pft_exec.learning.landmarks import (
     phases_through,
 )
 from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
+from pft_exec.learning.leverage import Leverage
 from pft_exec.learning.pacing import Pacing, learn_pacing
 from pft_exec.learning.passing import find_passage
 from pft_exec.learning.resampling import arc_length, extent_of
@@ -76,6 +77,7 @@ class RobustMotion:
     start : Endpoint
     experts : Experts
     weights : Weights
+    leverage : Leverage
     residual : (K, N, 3) or (K, N, 6), m and rad
         What the blend left of each demonstration when it was left out, at the same step.
     covariance : (N, 3, 3) or (N, 6, 6)
@@ -90,6 +92,7 @@ class RobustMotion:
     start: Endpoint
     experts: Experts
     weights: Weights
+    leverage: Leverage
     residual: Array
     covariance: Array
     time_deviation: Array
@@ -167,6 +170,7 @@ def learn_robust(
         start=start,
         experts=left_out.experts,
         weights=left_out.weights,
+        leverage=left_out.leverage,
         residual=_shown_here(left_over(aligned, blend)),
         covariance=_timed_covariance(demonstrations, moving, share, left_out, start.floor),
         time_deviation=_time_deviation(demonstrations, moving, aligned, share),
@@ -297,12 +301,15 @@ def generalize(
     signals, residual = motion.signals, motion.residual[..., :3]
     time = motion.pacing.carried(motion.aligned.time, blend.position[0])
     carried = motion.pacing.bowed(residual, blend.position[0])
+    covariance = carried_covariance(motion.covariance, residual, carried, motion.start.floor)
+    said = with_ends(motion.experts, poses, prediction.position, leave_out=False)
+    covariance[:, :3, :3] += motion.leverage.beyond(said[:, 0])
     return FlowTube(
         label,
         time.mean(axis=0),
         blend.position[0],
         None if blend.turn is None else blend.turn[0],
-        carried_covariance(motion.covariance, residual, carried, motion.start.floor),
+        covariance,
         motion.time_deviation,
         signals.continuous,
         signals.continuous_deviation,
