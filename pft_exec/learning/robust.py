@@ -31,6 +31,7 @@ from pft_exec.learning.covariance import carried_covariance, residual_covariance
 from pft_exec.learning.endpoint import (
     Endpoint,
     Poses,
+    doubt,
     frame_pose,
     local_positions,
     local_turns,
@@ -303,7 +304,7 @@ def generalize(
     carried = motion.pacing.bowed(residual, blend.position[0])
     covariance = carried_covariance(motion.covariance, residual, carried, motion.start.floor)
     said = with_ends(motion.experts, poses, prediction.position, leave_out=False)
-    covariance[:, :3, :3] += motion.leverage.beyond(said[:, 0])
+    covariance[:, :3, :3] += motion.leverage.beyond(said[:, 0]) + _doubts(motion, poses)
     return FlowTube(
         label,
         time.mean(axis=0),
@@ -318,6 +319,14 @@ def generalize(
         len(time),
         _carried(motion, blend, carried, time),
     )
+
+
+def _doubts(motion: RobustMotion, poses: Poses) -> Array:
+    """Covariance (N, 3, 3), m^2, along the way of ends that may be tied to frames which contradict one another."""
+    share = motion.experts.share[:, None, None]
+    start, end = doubt(motion.start, poses), doubt(motion.experts.end, poses)
+    doubts: Array = (1.0 - share) ** 4 * start + share**4 * end
+    return doubts
 
 
 def _carried(motion: RobustMotion, blend: Prediction, residual: Array, time: Array) -> AlignedDemonstrations:
