@@ -5,9 +5,10 @@ In the order of the flow, ``learn_motion`` (`motion`) decides which motion varia
 was carried, `decisions` says why, `variables` holds it and `report` prints it. ``method="robust"`` (`robust`) reads the
 demonstrations at common steps (`alignment`, `landmarks`, `dynamic_time_warping`, `resampling`), finds what was handled
 on the way (`handling`), lets `experts` predict each from the others (`normalization`, `endpoint`, `averaging`), leaves
-each out to see which help (`leave_one_out`), blends them by their errors (`stacking`, `blending`) and takes what is
-left as the tube's `covariance`; `signals` adds gripper and switches. Compiled beneath them: `turning`, `averaging`,
-`smoothing`, `frame_product`, `stacking_kernel`.
+each out to see which help (`leave_one_out`), asks which objects are passed between the ends (`passing`), blends the
+experts by their errors (`stacking`, `blending`) and takes what is left as the tube's `covariance`, with what a new
+scene leaves open about their weights (`leverage`); `signals` adds gripper and switches. Compiled beneath them:
+`turning`, `averaging`, `smoothing`, `frame_product`, `stacking_kernel`.
 ``method="dong2012"`` is the published method (`published_variables`, `fast_dtw`, `dong2012`). Keyframes make `compound`
 motions, `coaching` advises the teacher, `library` keeps all motions and their file. What comes out, for the recognizer
 and the controller, is the `flow_tube` with its `events`.
@@ -19,7 +20,7 @@ from pft_exec.learning.events import TubeEvent
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube, TubeState
 from pft_exec.learning.library import MotionLibrary, learn_library
 from pft_exec.learning.motion import METHODS, Motion, learn_motion
-from pft_exec.learning.variables import EndDecision, FrameDecision, MotionVariables
+from pft_exec.learning.variables import EndDecision, FrameDecision, MotionVariables, Passage
 
 __all__ = [
     "METHODS",
@@ -32,6 +33,7 @@ __all__ = [
     "Motion",
     "MotionLibrary",
     "MotionVariables",
+    "Passage",
     "TubeEvent",
     "TubeState",
     "learn_library",

@@ -99,6 +99,13 @@ def blend_experts(
     return Prediction(path, turn)
 
 
+def with_ends(experts: Experts, poses: Poses, said: Array, leave_out: bool) -> Array:
+    """What each expert says (E, M, N, 3) of M scenes, made to begin and end where the motion variables ask for it."""
+    begin = poses[START][:, :3]
+    end = target_positions(experts.end, poses, len(begin), leave_out)
+    return np.stack([_corrected(path, begin, end, experts.share) for path in said])
+
+
 def left_over(aligned: AlignedSet, blend: Prediction) -> Array:
     """(K, N, 3) or (K, N, 6): what the blend leaves of the demonstrations."""
     left = aligned.position - blend.position

@@ -42,7 +42,7 @@ def pieces_of(demonstrations: Sequence[Demonstration]) -> list[list[Demonstratio
 
 
 def joined_variables(segments: Sequence[MotionVariables], carried: tuple[str, ...]) -> MotionVariables:
-    """The start of the first segment and the end of the last one."""
+    """The start of the first segment, the end of the last one, and what all of them pass."""
     first, last = segments[0], segments[-1]
     return MotionVariables(
         EndDecision(first.start.position, first.start.orientation),
@@ -50,6 +50,11 @@ def joined_variables(segments: Sequence[MotionVariables], carried: tuple[str, ..
         carried,
         last.continuous,
         last.discrete,
+        tuple(
+            replace(passage, phase=(index + passage.phase) / len(segments))
+            for index, segment in enumerate(segments)
+            for passage in segment.passed
+        ),
     )
 
 

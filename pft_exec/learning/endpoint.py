@@ -40,6 +40,8 @@ class Endpoint:
         How many of the frames count; the rest are rivals, heard as long as they do not contradict the first.
     floor : float
         Smallest standard deviation of a target, m.
+    belief : (R,)
+        Posterior of each frame among these.
     """
 
     frames: tuple[tuple[str, str], ...]
@@ -49,6 +51,7 @@ class Endpoint:
     mask: Array
     required: int
     floor: float
+    belief: Array
 
 
 def local_positions(position: Array, pose: Array, axes: str) -> Array:
@@ -87,6 +90,7 @@ def make_endpoint(decision: EndDecision, tool: Array, poses: Poses, floor: float
     turned = decision.orientation
     turn_frames = () if turned is None else tuple((name, turned.axes_of(name)) for name in turned.relevant)
     count = len(tool)
+    belief = np.array([max(decision.position.probability.get(name, 0.0), 1e-12) for name, _ in frames])
     places = [local_positions(tool[:, :3], frame_pose(n, poses, count), axes) for n, axes in frames]
     turns = [local_turns(tool[:, 3:], frame_pose(n, poses, count), axes) for n, axes in turn_frames]
     return Endpoint(
@@ -97,6 +101,7 @@ def make_endpoint(decision: EndDecision, tool: Array, poses: Poses, floor: float
         mask,
         len(decision.position.relevant),
         floor,
+        belief / max(belief.sum(), 1e-12),
     )
 
 
@@ -161,6 +166,26 @@ def target_positions(endpoint: Endpoint, poses: Poses, count: int, leave_out: bo
     return target
 
 
+def doubt(endpoint: Endpoint, poses: Poses) -> Array:
+    """Covariance (3, 3), m^2, of the required position in a scene where rivals contradict the chosen frame.
+
+    The demonstrations do not tell which of them holds, so that the end may lie where any of them says, as likely as it
+    is: the second moment of that mixture about the chosen place. Where none contradicts, they are fused instead.
+    """
+    targets = _targets(endpoint, poses, 1, leave_out=False) if len(endpoint.frames) > endpoint.required else []
+    total = np.zeros((3, 3))
+    for name, target in zip(_present(endpoint, poses), targets, strict=False):
+        if _gap(targets[0], target)[0] >= CONFLICT:
+            difference = target[0][0] - targets[0][0][0]
+            total += endpoint.belief[endpoint.frames.index(name)] * np.outer(difference, difference)
+    return total
+
+
+def _present(endpoint: Endpoint, poses: Poses) -> list[tuple[str, str]]:
+    """Frames that the scenes have."""
+    return [frame for frame in endpoint.frames if frame[0] == ABSOLUTE or frame[0] in poses]
+
+
 def target_turns(endpoint: Endpoint, poses: Poses, count: int, leave_out: bool = False) -> Array | None:
     """Required orientations (M, 4), world frame; parameters as in `target_positions`."""
     if not endpoint.turn_frames:
@@ -183,7 +208,7 @@ def warn_of_conflict(label: str, end: str, endpoint: Endpoint, poses: Poses) -> 
     """Warn where another frame asks for a place that contradicts the chosen one."""
     if (endpoint.mask == 0.0).any():
         return
-    present = [name for name, _ in endpoint.frames if name == ABSOLUTE or name in poses]
+    present = [name for name, _ in _present(endpoint, poses)]
     targets = _targets(endpoint, poses, 1, leave_out=False)
     for name, target in zip(present[1:], targets[1:], strict=True):
         if _gap(targets[0], target)[0] >= CONFLICT:

@@ -22,7 +22,6 @@ from pft_exec.learning.turning import carry, compose, turn_between, turn_by
 from pft_exec.learning.variables import ABSOLUTE, START
 
 PRIOR_DEGREES = 4.0  # of the normal-inverse-Wishart prior around the isotropic variance profile
-BENDING_FROM = 5  # demonstrations from which the bent and the scaled path join the experts
 SIMILAR_UP_TO = 20  # demonstrations: leaving each out costs their square, and frames predict better by then
 TURNED = 0.02  # rad, below which an object counts as never turned
 TOGETHER = 0.03  # of the extent: frames whose distance varied less show the same; as precise as a relevant end is held
@@ -198,7 +197,7 @@ def predict_positions(experts: Experts, poses: Poses, begin: Array, leave_out: b
     found = [world, product(world, covariance, experts.keys, poses)[None]]
     end = target_positions(experts.end, poses, len(begin), leave_out) if experts.shaped else None
     paths = experts.path
-    if end is not None and len(paths) >= BENDING_FROM:
+    if end is not None:
         found.append(bent_paths(paths, begin, end, leave_out)[None])
         if len(paths) <= SIMILAR_UP_TO and not is_closed(paths):
             found.append(similar_paths(paths, begin, end, leave_out)[None])

@@ -11,9 +11,10 @@ import numpy as np
 
 from pft_exec.geometry import Array
 from pft_exec.learning.alignment import AlignedSet
-from pft_exec.learning.blending import Prediction, Weights, blend_experts, predict, turn_weights
+from pft_exec.learning.blending import Prediction, Weights, blend_experts, predict, turn_weights, with_ends
 from pft_exec.learning.endpoint import Poses, target_positions
 from pft_exec.learning.experts import Experts, predict_in_frames
+from pft_exec.learning.leverage import Leverage, find_leverage
 from pft_exec.learning.stacking import ExpertErrors, blend_positions
 from pft_exec.learning.tempo import Tempo
 
@@ -63,12 +64,15 @@ class LeftOut:
     blend : Prediction
     own : (K, N, 3), m
         How far the blend is off where a demonstration's own errors take no part in the weights, less how far it is.
+    leverage : Leverage
+        What the demonstrations leave open about the weights of the positions.
     """
 
     experts: Experts
     weights: Weights
     blend: Prediction
     own: Array
+    leverage: Leverage
 
 
 def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, tempo: Tempo, overruled: bool) -> LeftOut:
@@ -87,9 +91,11 @@ def leave_one_out(experts: Experts, poses: Poses, even: AlignedSet, tempo: Tempo
     own = errors.cross_fitted - (blended - even.position)
     blend = blend_experts(experts, poses, prediction, weights, leave_out=True)
     paced = Prediction(*tempo.given_to(blend.position, blend.turn, leave_out=True))
-    if len(experts.keys) == 1 or _is_clearly_worse(*(_squares(said, even) for said in (blend, paced))):
-        return LeftOut(experts, weights, blend, own)
-    return LeftOut(experts, replace(weights, tempo=tempo), paced, own)
+    if len(experts.keys) > 1 and not _is_clearly_worse(*(_squares(said, even) for said in (blend, paced))):
+        weights, blend = replace(weights, tempo=tempo), paced
+    said = with_ends(experts, poses, prediction.position, leave_out=True)
+    leverage = find_leverage(said, even.position - blend.position - own, experts.floor)
+    return LeftOut(experts, weights, blend, own, leverage)
 
 
 def _squares(said: Prediction, even: AlignedSet) -> Array:

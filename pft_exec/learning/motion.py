@@ -6,7 +6,7 @@ In the flow: demonstrations -> `learn_motion` -> `Motion` -> ``flow_tube(scene)`
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from pft_exec.demonstration import Demonstration, Scene
@@ -22,10 +22,10 @@ from pft_exec.learning.frames import object_names
 from pft_exec.learning.published_variables import find_published_variables, published_decisions
 from pft_exec.learning.report import describe
 from pft_exec.learning.robust import RobustMotion, generalize, learn_robust
-from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, MotionVariables
+from pft_exec.learning.variables import ABSOLUTE, ENDS, NONE, START, WAY, MotionVariables
 
 METHODS = ("dong2012", "robust")
-OVERRULED = (*ENDS, *(f"{end}.orientation" for end in ENDS))
+OVERRULED = (*ENDS, *(f"{end}.orientation" for end in ENDS), WAY)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,9 +126,10 @@ def learn_motion(
     demonstrations : 2 to some 100 of one label
     method : str
         "robust" or "dong2012".
-    relevant : {"start", "end", "start.orientation" or "end.orientation": frames}
+    relevant : {"start", "end", "start.orientation", "end.orientation" or "way": frames}
         Overrules the decision for the position (orientation) at that end: names of objects, "absolute" or "start", or
         one such name; an empty sequence says that nothing is relevant. Several frames are fused by their precisions.
+        "way": the objects that are passed between the ends (method "robust").
     options
         Of "dong2012": the fields of `Dong2012Options`, such as ``epsilon=0.1``. "robust" has none.
 
@@ -158,7 +159,9 @@ def _learn_one(
     label = demonstrations[0].label
     if method == "robust":
         variables = find_variables(demonstrations, overrules)
-        return Motion(label, demonstrations, method, overrules, variables, learn_robust(demonstrations, variables))
+        robust = learn_robust(demonstrations, variables, overrules.get(WAY))
+        variables = replace(variables, passed=robust.passages)
+        return Motion(label, demonstrations, method, overrules, variables, robust)
     found = find_published_variables(demonstrations, settings.epsilon, settings.spread, settings.object_pose)
     variables = published_decisions(found, demonstrations[0].quaternion is not None, overrules)
     learned = learn_dong2012(demonstrations, found, overrules, settings)
@@ -168,7 +171,7 @@ def _learn_one(
 def _learn_segments(
     demonstrations: tuple[Demonstration, ...], method: str, overrules: Overrules, options: Mapping[str, Any]
 ) -> Motion:
-    """A motion of several pieces; what the user overrules holds for the start of the first and the end of the last."""
+    """A motion of several pieces; what is overruled holds for the first start, the last end, and every way."""
     pieces = pieces_of(demonstrations)
     segments = []
     for index, piece in enumerate(pieces):
@@ -180,7 +183,7 @@ def _learn_segments(
 
 
 def _concerns(end: str, index: int, count: int) -> bool:
-    return index == (0 if end.startswith(START) else count - 1)
+    return end == WAY or index == (0 if end.startswith(START) else count - 1)
 
 
 def _checked_options(method: str, options: Mapping[str, Any]) -> Dong2012Options:
@@ -232,7 +235,8 @@ def _checked_overrules(
     for end, names in named.items():
         if end not in OVERRULED:
             raise UnknownNameError("end of a motion", end, OVERRULED)
-        choices = (ABSOLUTE, *(() if end.startswith(START) else (START,)), *objects)
+        frames = {WAY: (), START: (ABSOLUTE,)}.get(end.partition(".")[0], (ABSOLUTE, START))
+        choices = (*frames, *objects)
         for name in names:
             if name not in choices:
                 raise UnknownNameError("frame", name, choices)

@@ -9,7 +9,7 @@ import numpy as np
 from pft_exec.demonstration import Demonstration
 from pft_exec.geometry import Array
 from pft_exec.learning.frames import partly_recorded
-from pft_exec.learning.variables import ABSOLUTE, CHANNELS, ENDS, NONE, START, FrameDecision, MotionVariables
+from pft_exec.learning.variables import ABSOLUTE, CHANNELS, ENDS, NONE, START, FrameDecision, MotionVariables, Passage
 
 _HERE = 0.005  # m: what is nearer is said to be at the object, for its distance would be printed as 0.00 m
 
@@ -58,6 +58,16 @@ def sentence(label: str, decision: FrameDecision, channel: str, end: str) -> str
     return text + (f" - AMBIGUOUS: {decision.reason}" if decision.ambiguous else "")
 
 
+def _passing(label: str, passage: Passage) -> str:
+    """One passage in words, such as "`pour` passes 0.15 m above bowl (spread 9 mm; without bowl 90 mm)"."""
+    distance = float(np.linalg.norm(passage.offset))
+    suffix = " (in its own axes)" if passage.axes == "object" else ""
+    where = "at" if distance < _HERE else f"{distance:.2f} m {_where(passage.offset)}"
+    numbers = f"spread {_length(passage.spread)}; without {passage.name} {_length(passage.spread_without)}"
+    text = f"`{label}` passes {where} {passage.name}{suffix} ({numbers})"
+    return text + (f" - AMBIGUOUS: it may as well be {', '.join(passage.rivals)}" if passage.rivals else "")
+
+
 def describe(label: str, variables: MotionVariables, demonstrations: Sequence[Demonstration] = ()) -> str:
     """All decisions of a motion, one line each, and which objects could not count."""
     lines = []
@@ -66,6 +76,7 @@ def describe(label: str, variables: MotionVariables, demonstrations: Sequence[De
             decision = getattr(getattr(variables, end), channel)
             if decision is not None:
                 lines.append(sentence(label, decision, channel, end))
+    lines += [_passing(label, passage) for passage in variables.passed]
     lines += [f"`{label}` carries {name}" for name in variables.carried]
     lines += [
         f"`{label}` was not asked about {name}: only {count} of {len(demonstrations)} demonstrations have it"

@@ -7,7 +7,7 @@ left (`generalize`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,12 +25,13 @@ from pft_exec.learning.alignment import (
     warped_phases,
 )
 from pft_exec.learning.averaging import average
-from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict
+from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict, with_ends
 from pft_exec.learning.carrying import carried_objects
 from pft_exec.learning.covariance import carried_covariance, residual_covariance
 from pft_exec.learning.endpoint import (
     Endpoint,
     Poses,
+    doubt,
     frame_pose,
     local_positions,
     local_turns,
@@ -53,12 +54,14 @@ from pft_exec.learning.landmarks import (
     phases_through,
 )
 from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
+from pft_exec.learning.leverage import Leverage
 from pft_exec.learning.pacing import Pacing, learn_pacing
+from pft_exec.learning.passing import find_passage
 from pft_exec.learning.resampling import arc_length, extent_of
 from pft_exec.learning.signals import SignalTubes, signal_tubes
 from pft_exec.learning.tempo import find_tempo
 from pft_exec.learning.turning import turn_by
-from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables
+from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables, Passage
 
 FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
 IDLE_SHARE = 0.125  # of the variance is meant for recordings with their idle ends; set on hand guiding in simulation
@@ -75,6 +78,7 @@ class RobustMotion:
     start : Endpoint
     experts : Experts
     weights : Weights
+    leverage : Leverage
     residual : (K, N, 3) or (K, N, 6), m and rad
         What the blend left of each demonstration when it was left out, at the same step.
     covariance : (N, 3, 3) or (N, 6, 6)
@@ -89,11 +93,13 @@ class RobustMotion:
     start: Endpoint
     experts: Experts
     weights: Weights
+    leverage: Leverage
     residual: Array
     covariance: Array
     time_deviation: Array
     pacing: Pacing
     signals: SignalTubes
+    passages: tuple[Passage, ...] = ()
 
 
 def _tool(aligned: AlignedSet, index: int) -> Array:
@@ -132,8 +138,10 @@ def _predicted_begin(start: Endpoint, poses: Poses, given: Array, leave_out: boo
     return np.hstack([given[:, :3] if place is None else place, given[:, 3:] if turn is None else turn])
 
 
-def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVariables) -> RobustMotion:
-    """Learn one motion, its motion variables being decided."""
+def learn_robust(
+    demonstrations: Sequence[Demonstration], variables: MotionVariables, way: Sequence[str] | None = None
+) -> RobustMotion:
+    """Learn one motion, its motion variables being decided; `way` are the objects on it, None where none are named."""
     moving = moving_parts(demonstrations)
     landmarks = find_landmarks(moving, shared_names([d.discrete for d in moving]))
     phases = phases_through(landmarks, STEPS)
@@ -142,12 +150,18 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
     first = _tool(even, 0)
     poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
     start = make_endpoint(variables.start, first, poses, FLOOR * extent)
-    names = tuple(dict.fromkeys([*variables.objects, *_handled(demonstrations, landmarks, even, poses, extent)]))
-    experts = _make_experts(even, variables, names, poses | {START: first}, extent)
-    poses[START] = _predicted_begin(start, poses, first, leave_out=True)
+    handled = _handled(demonstrations, landmarks, even, poses, extent)
+    begin = _predicted_begin(start, poses, first, leave_out=True)
     passed = passed_landmarks(landmarks, STEPS)
     tempo = find_tempo(even.position, even.quaternion, passed, extent * turn_weight(even.quaternion))
-    left_out = leave_one_out(experts, poses, even, tempo, variables.end.position.overruled)
+
+    def left_out_with(names: Sequence[str]) -> LeftOut:
+        experts = _make_experts(even, variables, names, poses | {START: first}, extent)
+        return leave_one_out(experts, poses | {START: begin}, even, tempo, variables.end.position.overruled)
+
+    names = tuple(dict.fromkeys([*variables.objects, *handled]))
+    free = _not_held(demonstrations, poses) if way is None else {name: poses[name] for name in way}
+    left_out, passages = _with_passages(left_out_with, names, even.position, free, start.floor, way is not None)
     blend = left_out.blend
     warped = warped_phases(blend.position, blend.turn, even, passed)
     aligned = sample_at(moving, phases_at(warped, phases))
@@ -157,12 +171,34 @@ def learn_robust(demonstrations: Sequence[Demonstration], variables: MotionVaria
         start=start,
         experts=left_out.experts,
         weights=left_out.weights,
+        leverage=left_out.leverage,
         residual=_shown_here(left_over(aligned, blend)),
         covariance=_timed_covariance(demonstrations, moving, share, left_out, start.floor),
         time_deviation=_time_deviation(demonstrations, moving, aligned, share),
         pacing=learn_pacing(blend.position, aligned.position, aligned.time),
         signals=signal_tubes(aligned),
+        passages=passages,
     )
+
+
+def _with_passages(
+    left_out_with: Callable[[Sequence[str]], LeftOut],
+    names: tuple[str, ...],
+    position: Array,
+    free: Poses,
+    floor: float,
+    named: bool,
+) -> tuple[LeftOut, tuple[Passage, ...]]:
+    """What the frames of `names` say, and of the objects among `free` that are passed, which are all if `named`."""
+    left_out = left_out_with(names)
+    passages: list[Passage] = []
+    while True:
+        passage = find_passage(position, left_out.blend.position, _without(free, names), floor, named)
+        if passage is None:
+            return left_out, tuple(passages)
+        passages.append(passage)
+        names = (*names, passage.name)
+        left_out = left_out_with(names)
 
 
 def _handled(
@@ -171,10 +207,18 @@ def _handled(
     """Objects that a discrete signal changed beside; not what the tool held from the start."""
     if landmarks.shape[1] == 0:
         return ()
-    held = carried_objects(demonstrations, from_start=True)
-    free = {name: pose for name, pose in poses.items() if name not in held}
+    free = _not_held(demonstrations, poses)
     tool = np.stack([_tool(even, step) for step in range(even.position.shape[1])], axis=1)
     return handled_objects(landmarks, tool, free, extent, even.quaternion is not None)
+
+
+def _not_held(demonstrations: Sequence[Demonstration], poses: Poses) -> dict[str, Array]:
+    """The objects that the tool did not hold from the start."""
+    return _without(poses, carried_objects(demonstrations, from_start=True))
+
+
+def _without(poses: Poses, names: Sequence[str]) -> dict[str, Array]:
+    return {name: pose for name, pose in poses.items() if name not in names}
 
 
 def _timed_covariance(
@@ -258,12 +302,15 @@ def generalize(
     signals, residual = motion.signals, motion.residual[..., :3]
     time = motion.pacing.carried(motion.aligned.time, blend.position[0])
     carried = motion.pacing.bowed(residual, blend.position[0])
+    covariance = carried_covariance(motion.covariance, residual, carried, motion.start.floor)
+    said = with_ends(motion.experts, poses, prediction.position, leave_out=False)
+    covariance[:, :3, :3] += motion.leverage.beyond(said[:, 0]) + _doubts(motion, poses)
     return FlowTube(
         label,
         time.mean(axis=0),
         blend.position[0],
         None if blend.turn is None else blend.turn[0],
-        carried_covariance(motion.covariance, residual, carried, motion.start.floor),
+        covariance,
         motion.time_deviation,
         signals.continuous,
         signals.continuous_deviation,
@@ -272,6 +319,14 @@ def generalize(
         len(time),
         _carried(motion, blend, carried, time),
     )
+
+
+def _doubts(motion: RobustMotion, poses: Poses) -> Array:
+    """Covariance (N, 3, 3), m^2, along the way of ends that may be tied to frames which contradict one another."""
+    share = motion.experts.share[:, None, None]
+    start, end = doubt(motion.start, poses), doubt(motion.experts.end, poses)
+    doubts: Array = (1.0 - share) ** 4 * start + share**4 * end
+    return doubts
 
 
 def _carried(motion: RobustMotion, blend: Prediction, residual: Array, time: Array) -> AlignedDemonstrations:

@@ -18,6 +18,7 @@ CHANNELS = ("position", "orientation")
 ABSOLUTE = "absolute"
 START = "start"
 NONE = ""
+WAY = "way"  # between the ends, where a user names objects that are passed
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +112,43 @@ class EndDecision:
         }
 
 
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A place between the ends that an object holds, such as the one over a bowl that is poured over on the way.
+
+    Parameters
+    ----------
+    name : str
+    phase : float
+        Share of the time, in [0, 1], at which the object says most.
+    axes : "world" or "object"
+        As of `FrameDecision`.
+    offset : (3,), m
+        Mean place of the tool there, seen from the object.
+    spread, spread_without : float, m
+        Standard deviation per axis of that place from what the other demonstrations say: seen from the object, and by
+        all that is known without it.
+    rivals : tuple of str
+        Objects that explain the place as well.
+    """
+
+    name: str
+    phase: float
+    axes: str
+    offset: Array
+    spread: float
+    spread_without: float
+    rivals: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "offset", read_only(self.offset))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and words, for JSON."""
+        plain: dict[str, Any] = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return plain | {"offset": [float(x) for x in self.offset], "rivals": list(self.rivals)}
+
+
 @dataclass(frozen=True)
 class MotionVariables:
     """The motion variables of one motion.
@@ -124,6 +162,8 @@ class MotionVariables:
         Mean and standard deviation of each continuous signal at the two ends, and its range along the motion.
     discrete : {name: {"start": int, "end": int}}
         Most frequent value of each discrete signal at the two ends.
+    passed : tuple of Passage
+        Objects that hold the way between the ends.
     """
 
     start: EndDecision
@@ -131,6 +171,7 @@ class MotionVariables:
     carried: tuple[str, ...] = ()
     continuous: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     discrete: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+    passed: tuple[Passage, ...] = ()
 
     def relations(self) -> dict[str, dict[str, str]]:
         """Chosen frame per end and channel, "" where none: ``{"end": {"position": "bottle", ...}, ...}``."""
@@ -147,17 +188,19 @@ class MotionVariables:
     def ambiguous(self) -> bool:
         """Whether any decision is ambiguous."""
         decisions = (getattr(getattr(self, end), channel) for end in ENDS for channel in CHANNELS)
-        return any(decision is not None and decision.ambiguous for decision in decisions)
+        return any(decision is not None and decision.ambiguous for decision in decisions) or any(
+            passage.rivals for passage in self.passed
+        )
 
     @property
     def objects(self) -> tuple[str, ...]:
-        """Names of the objects that some decision refers to."""
+        """Names of the objects that some decision refers to, or that are passed."""
         names: list[str] = []
         for end in (self.start, self.end):
             for decision in (end.position, end.orientation):
                 if decision is not None:
                     names += [name for name in decision.relevant if name not in (ABSOLUTE, START)]
-        return tuple(dict.fromkeys(names))
+        return tuple(dict.fromkeys([*names, *(passage.name for passage in self.passed)]))
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and words, for JSON."""
@@ -167,4 +210,5 @@ class MotionVariables:
             "carried": list(self.carried),
             "continuous": {name: dict(values) for name, values in self.continuous.items()},
             "discrete": {name: dict(values) for name, values in self.discrete.items()},
+            "passed": [passage.to_dict() for passage in self.passed],
         }

@@ -186,6 +186,28 @@ def test_stirring_keeps_its_circles() -> None:
     assert abs(turn[-1] - turn[0]) / (2 * np.pi) == pytest.approx(5.0, abs=0.2)
 
 
+def _straight(rng: np.random.Generator) -> Demonstration:
+    """From anywhere straight to above a can."""
+    start, can = rng.uniform([0.3, -0.4, 0.2], [0.6, 0.0, 0.4]), rng.uniform([0.4, 0.2, 0.0], [0.8, 0.5, 0.1])
+    s = np.linspace(0.0, 1.0, 80)
+    u = (10 * s**3 - 15 * s**4 + 6 * s**5)[:, None]
+    end = can + np.array([0.0, 0.0, 0.1]) + rng.normal(0.0, 0.002, 3)
+    return Demonstration(
+        "reach", 2.0 * s, start + u * (end - start), objects={"can": np.append(can, [0.0, 0.0, 0.0, 1.0])}
+    )
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+@pytest.mark.parametrize("seed", range(3))
+def test_two_to_four_straight_demonstrations_make_a_straight_tube(count: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    demonstrations, new = [_straight(rng) for _ in range(count)], _straight(rng)
+    path = _tube(demonstrations, new).position
+    along = (path[-1] - path[0]) / np.linalg.norm(path[-1] - path[0])
+    offset = path - path[0]
+    assert np.linalg.norm(offset - np.outer(offset @ along, along), axis=1).max() < 0.01
+
+
 def test_the_spread_of_a_relevant_end_is_in_the_covariance() -> None:
     demonstrations = [taught("reach", np.random.default_rng(seed), noise=0.008) for seed in range(5)]
     tube = _tube(demonstrations, NEW["reach"])
