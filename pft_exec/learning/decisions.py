@@ -19,6 +19,7 @@ from pft_exec.learning.frames import (
     object_names,
     object_poses,
     orientation_candidates,
+    partly_recorded,
     position_candidates,
     tool_poses,
 )
@@ -30,6 +31,7 @@ NEAR = 0.4  # of the extent: an object the tool ended (started) closer to than t
 LEVER = 3.0  # spreads: a level offset longer than this makes the axes it is meant in matter
 AXES_ODDS = 3.0  # how much likelier an object's own axes must be than the world's
 
+ENOUGH = 3  # demonstrations that decide what an object which others lack is to the motion
 CHAIN = 2.0  # times the spread that start and end add up to, within which the frame of the start also holds the end
 
 Overrules = Mapping[str, Sequence[str]]  # "end", "start", "end.orientation", ... -> names of frames
@@ -195,6 +197,29 @@ def _orientations(
         for c, e, end in zip(candidates, evidence, ENDS, strict=True)
     )
     return [start, _chained(start, end, candidates[1])]
+
+
+def without_incomplete(
+    demonstrations: Sequence[Demonstration], overrules: Overrules
+) -> tuple[list[Demonstration], tuple[str, ...]]:
+    """The demonstrations that have every object which an end is tied to, and such objects that some others lack.
+
+    A tracker that lost the object in one of five demonstrations leaves four that show what the motion is about; with
+    all five, an object that happened to stand near it would explain the end best. An object counts so where most
+    demonstrations have it, `ENOUGH` at least, and a decision of these is not ambiguous.
+    """
+    kept = list(demonstrations)
+    lacking: list[str] = []
+    for name in partly_recorded(demonstrations):
+        having = [d for d in kept if name in d.objects]
+        if len(having) < max(ENOUGH, len(demonstrations) // 2 + 1) or len(having) == len(kept):
+            continue
+        variables = find_variables(having, overrules)
+        decided = [d for end in (variables.start, variables.end) for d in (end.position, end.orientation) if d]
+        if any(decision.frame == name and not decision.ambiguous for decision in decided):
+            kept = having
+            lacking.append(name)
+    return kept, tuple(lacking)
 
 
 def find_variables(demonstrations: Sequence[Demonstration], overrules: Overrules) -> MotionVariables:

@@ -5,6 +5,7 @@ In the flow: demonstrations -> `learn_motion` -> `Motion` -> ``flow_tube(scene)`
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -15,7 +16,7 @@ from pft_exec.geometry import Pose
 from pft_exec.learning.carrying import carried_objects
 from pft_exec.learning.coaching import Coaching, coach
 from pft_exec.learning.compound import join_tubes, joined_variables, pieces_of
-from pft_exec.learning.decisions import Overrules, find_variables
+from pft_exec.learning.decisions import Overrules, find_variables, without_incomplete
 from pft_exec.learning.dong2012 import Dong2012Motion, Dong2012Options, generalize_dong2012, learn_dong2012
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.learning.frames import object_names
@@ -142,15 +143,36 @@ def learn_motion(
         If the method does not exist.
     UnknownNameError
         If `relevant` names an end or a frame that does not exist, or the method has no such option.
+
+    Warns
+    -----
+    RuntimeWarning
+        If an object holds an end but is missing from some demonstrations: the others teach alone (method "robust").
     """
     if method not in METHODS:
         raise UnknownMethodError("learning method", method, METHODS)
     demonstrations = _checked(demonstrations)
     overrules = _checked_overrules(demonstrations, relevant or {})
     settings = _checked_options(method, options)
+    if method == "robust":
+        demonstrations = _complete(demonstrations, overrules)
     if any(d.keyframes for d in demonstrations):
         return _learn_segments(demonstrations, method, overrules, options)
     return _learn_one(demonstrations, method, overrules, settings)
+
+
+def _complete(demonstrations: tuple[Demonstration, ...], overrules: Overrules) -> tuple[Demonstration, ...]:
+    """Those that have the objects which the motion is about; where some lack one, that is said."""
+    kept, names = without_incomplete(demonstrations, overrules)
+    if names:
+        lacking = ", ".join(str(i + 1) for i, d in enumerate(demonstrations) if not set(names) <= set(d.objects))
+        warnings.warn(
+            f"{demonstrations[0].label!r} is about {', '.join(names)}, which demonstration {lacking} of "
+            f"{len(demonstrations)} lacks: it is learned from the others. Record the object in all of them.",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+    return tuple(kept)
 
 
 def _learn_one(

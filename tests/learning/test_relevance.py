@@ -247,3 +247,29 @@ def test_an_end_on_an_object_is_said_to_be_there_and_not_at_no_distance() -> Non
         for d in lesson("reach")
     ]
     assert "`reach` ends at bottle (spread" in learn_motion(lessons).describe()
+
+
+def _lost_in(demonstrations: list[Demonstration], name: str, *places: int) -> list[Demonstration]:
+    """The demonstrations, an object missing in some of them."""
+    kept = [{n: pose for n, pose in d.objects.items() if n != name} for d in demonstrations]
+    return [replace(d, objects=kept[i]) if i in places else d for i, d in enumerate(demonstrations)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_an_object_lost_in_one_demonstration_still_holds_the_end_that_the_others_show(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    demonstrations = []
+    for d in lesson("reach", seed):
+        beside = d.objects["bottle"] + np.append(rng.uniform(-0.08, 0.08, 2), np.zeros(5))
+        demonstrations.append(replace(d, objects={**d.objects, "jar": beside}))
+    with pytest.warns(RuntimeWarning, match="is about bottle, which demonstration 3 of 5 lacks"):
+        motion = learn_motion(_lost_in(demonstrations, "bottle", 2))
+    assert motion.variables.end.position.frame == "bottle"
+    assert not motion.variables.end.position.ambiguous
+    assert len(motion.demonstrations) == 4
+
+
+def test_an_object_that_most_demonstrations_lack_or_that_does_not_matter_takes_none_of_them_away() -> None:
+    for name, places in (("mat", (1,)), ("bottle", (0, 1, 2))):
+        motion = learn_motion(_lost_in(lesson("reach"), name, *places))
+        assert len(motion.demonstrations) == 5
