@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +20,12 @@ from pft_exec.demonstration.segmentation import without_idle_ends
 from pft_exec.geometry import Array, geodesic_distance
 from pft_exec.learning.dynamic_time_warping import matched_samples
 from pft_exec.learning.resampling import nearest_at, own_time, places_of, quaternions_at, rows_at
+from pft_exec.learning.smoothing import smoothed
 
 STEPS = 100  # steps of a tube: 20 ms of a 2 s motion; each of five circles has 20, 1 % of the radius off the arc
 TIME_WEIGHT = 0.1  # of the extent that a whole duration counts, so that pauses are not warped at random
 TURN_SCALE = 1.0  # rad that counts as much as the extent of the path, where the motion turns less
+CALM_STEPS = 2.0  # over which an alignment is averaged before demonstrations are brought in step by it
 LANDMARK_WEIGHT = 10.0  # extents that a landmark counts: no step before one is aligned with a step behind it
 
 
@@ -111,3 +114,20 @@ def warped_phases(path: Array, turns: Array | None, even: AlignedSet, passed: Ar
     warped: Array = np.stack(matched) / (steps - 1.0)
     warped[:, 0], warped[:, -1] = 0.0, 1.0
     return warped
+
+
+def calmed(warped: Array, passed: Array) -> Array:
+    """Shares (K, N), as of `warped_phases`, averaged over neighbouring steps; ends and landmarks stay where they are.
+
+    A path that is matched step by step stands and jumps; who moves does neither.
+    """
+    steps = np.linspace(0.0, 1.0, warped.shape[1])
+    strays = warped - steps
+    changes = np.flatnonzero(np.diff(passed) > 0.0) + 1
+    for begin, stop in pairwise([0, *changes, len(steps)]):
+        leg = strays[:, begin:stop]
+        calm = smoothed(leg.T, CALM_STEPS).T
+        share = np.linspace(0.0, 1.0, stop - begin)
+        first, last = (leg - calm)[:, :1], (leg - calm)[:, -1:]
+        strays[:, begin:stop] = calm + (1.0 - share) * first + share * last
+    return np.maximum.accumulate(np.clip(steps + strays, 0.0, 1.0), axis=1)

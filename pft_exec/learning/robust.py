@@ -7,7 +7,7 @@ left (`generalize`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,54 +16,35 @@ from pft_exec.demonstration import Demonstration, Scene
 from pft_exec.exceptions import MissingObjectError
 from pft_exec.geometry import Array, Pose
 from pft_exec.learning.alignment import (
-    STEPS,
     AlignedSet,
     moving_parts,
     sample_at,
     shared_names,
-    turn_weight,
-    warped_phases,
 )
 from pft_exec.learning.averaging import average
 from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict, with_ends
-from pft_exec.learning.carrying import carried_objects
 from pft_exec.learning.covariance import carried_covariance, residual_covariance
+from pft_exec.learning.draft import draft_in_step, predicted_begin, tool_poses
 from pft_exec.learning.endpoint import (
     Endpoint,
     Poses,
     doubt,
-    frame_pose,
-    local_positions,
-    local_turns,
-    make_endpoint,
-    target_positions,
-    target_turns,
     warn_of_conflict,
 )
 from pft_exec.learning.experts import (
     Experts,
-    expert_keys,
 )
 from pft_exec.learning.flow_tube import AlignedDemonstrations, FlowTube
-from pft_exec.learning.frames import object_names, object_poses
-from pft_exec.learning.handling import handled_objects
 from pft_exec.learning.landmarks import (
     find_landmarks,
-    passed_landmarks,
-    phases_at,
-    phases_through,
 )
-from pft_exec.learning.leave_one_out import LeftOut, leave_one_out
+from pft_exec.learning.leave_one_out import LeftOut
 from pft_exec.learning.leverage import Leverage
 from pft_exec.learning.pacing import Pacing, learn_pacing
-from pft_exec.learning.passing import find_passage
-from pft_exec.learning.resampling import arc_length, extent_of
 from pft_exec.learning.signals import SignalTubes, signal_tubes
-from pft_exec.learning.tempo import find_tempo
 from pft_exec.learning.turning import turn_by
 from pft_exec.learning.variables import ABSOLUTE, START, MotionVariables, Passage
 
-FLOOR = 0.002  # of the extent: standard deviation below which places count as equal
 IDLE_SHARE = 0.125  # of the variance is meant for recordings with their idle ends; set on hand guiding in simulation
 
 
@@ -102,123 +83,28 @@ class RobustMotion:
     passages: tuple[Passage, ...] = ()
 
 
-def _tool(aligned: AlignedSet, index: int) -> Array:
-    """Tool poses (K, 7) at a step; identity orientation where there is none."""
-    place = aligned.position[:, index]
-    identity = np.broadcast_to(np.array([0.0, 0.0, 0.0, 1.0]), (len(place), 4))
-    return np.hstack([place, identity if aligned.quaternion is None else aligned.quaternion[:, index]])
-
-
-def _make_experts(
-    aligned: AlignedSet, variables: MotionVariables, names: Sequence[str], poses: Poses, extent: float
-) -> Experts:
-    """The experts of a motion, before it is known which of them help; `poses` are the demonstrated ones."""
-    count, floor = len(aligned.position), FLOOR * extent
-    keys, turn_keys = expert_keys(names, poses, aligned.quaternion is not None, extent)
-    local_turn = None
-    if aligned.quaternion is not None:
-        turns = [local_turns(aligned.quaternion, frame_pose(n, poses, count), axes) for n, axes in turn_keys]
-        local_turn = np.stack(turns)
-    return Experts(
-        aligned.position,
-        arc_length(aligned.position).mean(axis=0),
-        make_endpoint(variables.end, _tool(aligned, -1), poses, floor),
-        keys,
-        turn_keys,
-        np.stack([local_positions(aligned.position, frame_pose(n, poses, count), axes) for n, axes in keys]),
-        local_turn,
-        floor,
-    )
-
-
-def _predicted_begin(start: Endpoint, poses: Poses, given: Array, leave_out: bool) -> Array:
-    """Poses (M, 7) in which M scenes begin: the relevant start, else the given one."""
-    place = target_positions(start, poses, len(given), leave_out)
-    turn = target_turns(start, poses, len(given), leave_out)
-    return np.hstack([given[:, :3] if place is None else place, given[:, 3:] if turn is None else turn])
-
-
 def learn_robust(
     demonstrations: Sequence[Demonstration], variables: MotionVariables, way: Sequence[str] | None = None
 ) -> RobustMotion:
     """Learn one motion, its motion variables being decided; `way` are the objects on it, None where none are named."""
     moving = moving_parts(demonstrations)
     landmarks = find_landmarks(moving, shared_names([d.discrete for d in moving]))
-    phases = phases_through(landmarks, STEPS)
-    even = sample_at(moving, phases)
-    extent = extent_of(list(even.position))
-    first = _tool(even, 0)
-    poses = {name: object_poses(demonstrations, name) for name in object_names(demonstrations)}
-    start = make_endpoint(variables.start, first, poses, FLOOR * extent)
-    handled = _handled(demonstrations, landmarks, even, poses, extent)
-    begin = _predicted_begin(start, poses, first, leave_out=True)
-    passed = passed_landmarks(landmarks, STEPS)
-    tempo = find_tempo(even.position, even.quaternion, passed, extent * turn_weight(even.quaternion))
-
-    def left_out_with(names: Sequence[str]) -> LeftOut:
-        experts = _make_experts(even, variables, names, poses | {START: first}, extent)
-        return leave_one_out(experts, poses | {START: begin}, even, tempo, variables.end.position.overruled)
-
-    names = tuple(dict.fromkeys([*variables.objects, *handled]))
-    free = _not_held(demonstrations, poses) if way is None else {name: poses[name] for name in way}
-    left_out, passages = _with_passages(left_out_with, names, even.position, free, start.floor, way is not None)
-    blend = left_out.blend
-    warped = warped_phases(blend.position, blend.turn, even, passed)
-    aligned = sample_at(moving, phases_at(warped, phases))
+    draft = draft_in_step(demonstrations, moving, variables, landmarks, way)
+    aligned, left_out = draft.aligned, draft.left_out
     share = _mean_clock(aligned)
     return RobustMotion(
         aligned=aligned,
-        start=start,
+        start=draft.start,
         experts=left_out.experts,
         weights=left_out.weights,
         leverage=left_out.leverage,
-        residual=_shown_here(left_over(aligned, blend)),
-        covariance=_timed_covariance(demonstrations, moving, share, left_out, start.floor),
+        residual=_shown_here(draft.residual),
+        covariance=_timed_covariance(demonstrations, moving, share, left_out, draft.start.floor),
         time_deviation=_time_deviation(demonstrations, moving, aligned, share),
-        pacing=learn_pacing(blend.position, aligned.position, aligned.time),
+        pacing=learn_pacing(left_out.blend.position, aligned.position, aligned.time),
         signals=signal_tubes(aligned),
-        passages=passages,
+        passages=draft.passages,
     )
-
-
-def _with_passages(
-    left_out_with: Callable[[Sequence[str]], LeftOut],
-    names: tuple[str, ...],
-    position: Array,
-    free: Poses,
-    floor: float,
-    named: bool,
-) -> tuple[LeftOut, tuple[Passage, ...]]:
-    """What the frames of `names` say, and of the objects among `free` that are passed, which are all if `named`."""
-    left_out = left_out_with(names)
-    passages: list[Passage] = []
-    while True:
-        passage = find_passage(position, left_out.blend.position, _without(free, names), floor, named)
-        if passage is None:
-            return left_out, tuple(passages)
-        passages.append(passage)
-        names = (*names, passage.name)
-        left_out = left_out_with(names)
-
-
-def _handled(
-    demonstrations: Sequence[Demonstration], landmarks: Array, even: AlignedSet, poses: Poses, extent: float
-) -> tuple[str, ...]:
-    """Objects that a discrete signal changed beside; not what the tool held from the start."""
-    if landmarks.shape[1] == 0:
-        return ()
-    free = _not_held(demonstrations, poses)
-    tool = np.stack([_tool(even, step) for step in range(even.position.shape[1])], axis=1)
-    return handled_objects(landmarks, tool, free, extent, even.quaternion is not None)
-
-
-def _not_held(demonstrations: Sequence[Demonstration], poses: Poses) -> dict[str, Array]:
-    """The objects that the tool did not hold from the start."""
-    return _without(poses, carried_objects(demonstrations, from_start=True))
-
-
-def _without(poses: Poses, names: Sequence[str]) -> dict[str, Array]:
-    return {name: pose for name, pose in poses.items() if name not in names}
 
 
 def _timed_covariance(
@@ -277,7 +163,7 @@ def _given_start(motion: RobustMotion, start: Pose | None) -> Array:
     """Pose (1, 7) of the tool now; the mean demonstrated start where None."""
     if start is not None:
         return start.array[None]
-    first = _tool(motion.aligned, 0)
+    first = tool_poses(motion.aligned, 0)
     return np.concatenate([first[:, :3].mean(axis=0), average(first[:, 3:])])[None]
 
 
@@ -295,7 +181,7 @@ def generalize(
     given = _given_start(motion, start)
     poses[START] = given
     warn_of_conflict(label, "start", motion.start, poses)
-    poses[START] = _predicted_begin(motion.start, poses, given, leave_out=False)
+    poses[START] = predicted_begin(motion.start, poses, given, leave_out=False)
     warn_of_conflict(label, "end", motion.experts.end, poses)
     prediction = predict(motion.experts, poses, leave_out=False)
     blend = blend_experts(motion.experts, poses, prediction, motion.weights, leave_out=False)
