@@ -23,8 +23,7 @@ from pft_exec.learning.alignment import (
 )
 from pft_exec.learning.averaging import average
 from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict, with_ends
-from pft_exec.learning.covariance import carried_covariance, residual_covariance
-from pft_exec.learning.draft import draft_in_step, predicted_begin, tool_poses
+from pft_exec.learning.covariance import Spread, find_spread
 from pft_exec.learning.endpoint import (
     Endpoint,
     Poses,
@@ -62,8 +61,8 @@ class RobustMotion:
     leverage : Leverage
     residual : (K, N, 3) or (K, N, 6), m and rad
         What the blend left of each demonstration when it was left out, at the same step.
-    covariance : (N, 3, 3) or (N, 6, 6)
-        The same at the same share of the duration, so that timing counts.
+    spread : Spread
+        Of the same at the same share of the duration, so that timing counts.
     time_deviation : (N,), s
         Of demonstrations in one scene.
     pacing : Pacing
@@ -76,7 +75,7 @@ class RobustMotion:
     weights: Weights
     leverage: Leverage
     residual: Array
-    covariance: Array
+    spread: Spread
     time_deviation: Array
     pacing: Pacing
     signals: SignalTubes
@@ -99,7 +98,7 @@ def learn_robust(
         weights=left_out.weights,
         leverage=left_out.leverage,
         residual=_shown_here(draft.residual),
-        covariance=_timed_covariance(demonstrations, moving, share, left_out, draft.start.floor),
+        spread=_timed_spread(demonstrations, moving, share, left_out, draft.start.floor),
         time_deviation=_time_deviation(demonstrations, moving, aligned, share),
         pacing=learn_pacing(left_out.blend.position, aligned.position, aligned.time),
         signals=signal_tubes(aligned),
@@ -107,24 +106,24 @@ def learn_robust(
     )
 
 
-def _timed_covariance(
+def _timed_spread(
     demonstrations: Sequence[Demonstration],
     moving: Sequence[Demonstration],
     share: Array,
     left_out: LeftOut,
     floor: float,
-) -> Array:
-    """Covariance of what the blend leaves at equal shares (K, N) of the time, without and with the idle ends."""
+) -> Spread:
+    """Spread of what the blend leaves at equal shares (K, N) of the time, without and with the idle ends."""
 
-    def seen(recordings: Sequence[Demonstration]) -> Array:
+    def seen(recordings: Sequence[Demonstration]) -> Spread:
         residual = left_over(sample_at(recordings, share), left_out.blend)
         residual[..., :3] -= left_out.own
-        return residual_covariance(residual, floor, TURN_FLOOR)
+        return find_spread(residual, left_out.blend.position, floor, TURN_FLOOR)
 
-    covariance = seen(moving)
+    spread = seen(moving)
     if all(len(whole) == len(part) for whole, part in zip(demonstrations, moving, strict=True)):
-        return covariance
-    return (1.0 - IDLE_SHARE) * covariance + IDLE_SHARE * seen(demonstrations)
+        return spread
+    return spread.mixed(seen(demonstrations), IDLE_SHARE)
 
 
 def _time_deviation(
@@ -188,7 +187,7 @@ def generalize(
     signals, residual = motion.signals, motion.residual[..., :3]
     time = motion.pacing.carried(motion.aligned.time, blend.position[0])
     carried = motion.pacing.bowed(residual, blend.position[0])
-    covariance = carried_covariance(motion.covariance, residual, carried, motion.start.floor)
+    covariance = motion.spread.in_scene(blend.position[0], residual, carried, motion.start.floor)
     said = with_ends(motion.experts, poses, prediction.position, leave_out=False)
     covariance[:, :3, :3] += motion.leverage.beyond(said[:, 0]) + _doubts(motion, poses)
     return FlowTube(

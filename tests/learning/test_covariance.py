@@ -7,7 +7,7 @@ import numpy as np
 from pft_exec.demonstration import Scene
 from pft_exec.geometry import Array, Pose
 from pft_exec.learning import FlowTube, learn_motion
-from pft_exec.learning.covariance import GROWTH, carried_covariance, residual_covariance
+from pft_exec.learning.covariance import GROWTH, carried_covariance, directions_of, find_spread, residual_covariance
 from tests.learning.taught import lesson
 
 RNG = np.random.default_rng(0)
@@ -55,3 +55,37 @@ def test_a_tube_is_wider_between_its_ends_on_a_longer_way_and_as_wide_at_its_end
     near, far = (np.trace(_tube_of_a_way(d).covariance[:, :3, :3], axis1=1, axis2=2) for d in (0.1, 0.6))
     assert far[50] > 1.2 * near[50]
     assert far[-1] < 1.2 * near[-1]
+
+
+def _hurried(way: np.ndarray, count: int, timing: float, across: float) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals (K, 60, 3) along a straight way and across it, and its paths (K, 60, 3)."""
+    path = np.broadcast_to(np.linspace(0.0, 0.5, 60)[:, None] * way, (count, 60, 3))
+    noise = RNG.normal(scale=across, size=(count, 60, 3))
+    return noise + RNG.normal(scale=timing, size=(count, 60, 1)) * way, path
+
+
+def test_errors_of_timing_turn_with_the_way_of_the_scene() -> None:
+    here, there = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.6, 0.8])
+    residual, path = _hurried(here, 5, 0.03, 0.003)
+    spread = find_spread(residual, path, 0.0005, 0.005)
+    world = np.linalg.norm(spread.in_scene(path[0], residual, residual, 0.0005), axis=(1, 2))
+    new = spread.in_scene(np.linspace(0.0, 0.5, 60)[:, None] * there, residual, residual, 0.0005)
+    along, sideways = np.einsum("i,nij,j->n", there, new, there), new[:, 0, 0]
+    assert np.median(along) > 0.4 * np.median(world)
+    only_world = np.einsum("i,nij,j->n", there, spread.world, there)
+    assert np.median(along) > 2.0 * np.median(only_world)
+    assert np.median(sideways) < np.median(spread.world[:, 0, 0])
+    assert np.linalg.eigvalsh(new).min() > 0.0
+
+
+def test_many_errors_along_a_way_have_their_own_variances_along_and_across() -> None:
+    way = np.array([0.0, 0.6, 0.8])
+    residual, path = _hurried(way, 300, 0.03, 0.003)
+    covariance = find_spread(residual, path, 1e-5, 0.005).in_scene(path[0], residual, residual, 1e-5)
+    along = np.einsum("i,nij,j->n", way, covariance, way)
+    np.testing.assert_allclose(along, 0.03**2 + 0.003**2, rtol=0.3)
+    np.testing.assert_allclose(covariance[:, 0, 0], 0.003**2, rtol=0.9)
+
+
+def test_a_path_that_stands_has_no_direction() -> None:
+    assert np.all(directions_of(np.ones((2, 10, 3))) == 0.0)
