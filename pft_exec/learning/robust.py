@@ -24,6 +24,7 @@ from pft_exec.learning.alignment import (
 from pft_exec.learning.averaging import average
 from pft_exec.learning.blending import TURN_FLOOR, Prediction, Weights, blend_experts, left_over, predict, with_ends
 from pft_exec.learning.covariance import Spread, find_spread
+from pft_exec.learning.draft import draft_in_step, predicted_begin, tool_poses
 from pft_exec.learning.endpoint import (
     Endpoint,
     Poses,

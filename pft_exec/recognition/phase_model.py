@@ -13,6 +13,7 @@ from scipy.special import gammaln
 from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition.emission import Emission, Mask, emission, kept_axes, pooled_prior
+from pft_exec.recognition.ending import may_end
 from pft_exec.recognition.evidence import TubeEvidence, clock_constants, gather_evidence, measure_scales
 from pft_exec.recognition.motion_clock import ClockScales
 from pft_exec.recognition.settings import PhaseSettings
@@ -202,7 +203,7 @@ def _pack(
         ),
         follow=np.concatenate([evidence[m].follow if k < 0 else np.zeros(len(tubes[m])) for m, k in pairs]),
         starts=learn_starts(evidence, which, kept[0], scales.extent, settings),
-        speeds=learn_speed(evidence, which, settings),
+        speeds=learn_speed(evidence, _endings(tubes, emissions), which, settings),
         left=np.concatenate([tubes[m].time[-1] - tubes[m].time for m in which]),
         clock=np.concatenate([evidence[m].clock for m in which]),
         steps=np.ascontiguousarray(steps[which]),
@@ -215,6 +216,10 @@ def _pack(
         kept=kept,
         strangeness=strangeness,
     )
+
+
+def _endings(tubes: Sequence[FlowTube], emissions: Sequence[Emission]) -> list[Array]:
+    return [may_end(tube, item) for tube, item in zip(tubes, emissions, strict=True)]
 
 
 def _stack(parts: Sequence[Array]) -> Array:

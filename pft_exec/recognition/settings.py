@@ -63,7 +63,7 @@ class PhaseSettings:
         Of the logarithm of speed, between people and scenes beside that between a motion's demonstrations.
     rest : float
         Probability that a hand at the last step is coming to rest or rests, whatever its speed in the demonstrations:
-        they are cut where they end, a person's stream is not.
+        they are cut where they end, a person's stream is not. It falls towards earlier steps as `ending` says.
     """
 
     evidence: float = 5.0

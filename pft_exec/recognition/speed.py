@@ -6,7 +6,8 @@ only passes there, for as long as it rests; when it goes on, nothing of that is 
 something like it.
 
 Demonstrations are cut where the hand no longer goes on, so that a tube's last step still has some speed, and a hand at
-rest would be strange even there. So at the last step, and there alone, rest and all speeds on the way to it are usual.
+rest would be strange even there. So at the last step, and at those that lie as a motion's own ends do (see `ending`),
+rest and all speeds on the way to it are usual.
 """
 
 from __future__ import annotations
@@ -69,8 +70,10 @@ def log_speed(length: Array, softness: float, leash: float) -> Array:
     return result
 
 
-def learn_speed(evidence: Sequence[TubeEvidence], which: NDArray[np.int64], settings: PhaseSettings) -> SpeedModel:
-    """Densities for components that belong to the motions `which`."""
+def learn_speed(
+    evidence: Sequence[TubeEvidence], endings: Sequence[Array], which: NDArray[np.int64], settings: PhaseSettings
+) -> SpeedModel:
+    """Densities for components that belong to the motions `which`, each of which may end where `endings` (N,) say."""
     softness, leash = settings.direction_softness, settings.leash
     logs = [log_speed(e.lengths, softness, leash) for e in evidence]
     highest = max(float(values.max()) for values in logs)
@@ -79,31 +82,36 @@ def learn_speed(evidence: Sequence[TubeEvidence], which: NDArray[np.int64], sett
     spread = [float(s.mean()) / max(len(values) - 1, 1) for s, values in zip(scatters, logs, strict=True)]
     pooled = float(np.mean(spread)) + settings.speed_deviation**2
     tables = [
-        _densities(levels, values.mean(axis=0), scatter, pooled, e.count, settings)
-        for values, scatter, e in zip(logs, scatters, evidence, strict=True)
+        _densities(levels, values.mean(axis=0), scatter, pooled, e.count, settings.rest * ending, settings)
+        for values, scatter, e, ending in zip(logs, scatters, evidence, endings, strict=True)
     ]
     density = np.ascontiguousarray(np.hstack([tables[m] for m in which]))
     return SpeedModel(density, float(levels[0]), float(levels[1] - levels[0]), softness, leash)
 
 
-def _densities(levels: Array, mean: Array, scatter: Array, pooled: float, count: int, settings: PhaseSettings) -> Array:
-    """(L, N): predictive Student t at each level, mixed with speeds that may come at any phase."""
+def _densities(
+    levels: Array, mean: Array, scatter: Array, pooled: float, count: int, rest: Array, settings: PhaseSettings
+) -> Array:
+    """(L, N): predictive Student t at each level; with probability `rest` (N,) that of a hand which comes to rest.
+
+    Both are mixed with speeds that may come at any phase.
+    """
     count = max(count, 1)
     freedom = settings.prior_strength + count - 1
     variance = (settings.prior_strength * pooled + scatter) / freedom * (1.0 + 1.0 / count)
     square = (levels[:, None] - mean) ** 2 / (freedom * variance)
     constant = gammaln(0.5 * freedom + 0.5) - gammaln(0.5 * freedom) - 0.5 * np.log(np.pi * freedom * variance)
     usual = np.exp(constant - 0.5 * (freedom + 1.0) * np.log1p(square))
-    usual[:, -1] += settings.rest * (_coming_to_rest(levels, float(mean[-1])) - usual[:, -1])
+    usual += rest * (_coming_to_rest(levels, mean) - usual)
     anywhere = 1.0 / (levels[-1] - levels[0])
     result: Array = (1.0 - settings.pause) * usual + settings.pause * anywhere
     return result
 
 
-def _coming_to_rest(levels: Array, last: float) -> Array:
-    """(L,): even density of the logarithm of speed between rest and the speed at which the demonstrations were cut."""
-    passed = (levels <= max(last, float(levels[0]))).astype(float)
-    density: Array = passed / (passed.sum() * (levels[1] - levels[0]))
+def _coming_to_rest(levels: Array, speed: Array) -> Array:
+    """(L, N): even density of the logarithm of speed between rest and that of the demonstrations at each step (N,)."""
+    passed = levels[:, None] <= np.maximum(speed, levels[0])
+    density: Array = passed / (passed.sum(axis=0) * (levels[1] - levels[0]))
     return density
 
 

@@ -35,10 +35,23 @@ def test_a_hand_at_rest_is_usual_where_a_motion_ends_and_nowhere_else_on_the_way
     cut = [_cut(tube, 70) for tube in tubes]
     scales = measure_scales(cut, ())
     evidence = [gather_evidence(tube, scales, DEFAULT_SETTINGS) for tube in cut]
-    model = learn_speed(evidence, np.array([0, 1]), DEFAULT_SETTINGS)
+    only_last = [np.append(np.zeros(len(tube) - 1), 1.0) for tube in cut]
+    model = learn_speed(evidence, only_last, np.array([0, 1]), DEFAULT_SETTINGS)
     resting = model.at(np.zeros(3)).reshape(2, -1)
     assert (resting[:, -1] > 5.0 * resting[:, 35:-1].max(axis=1)).all()
     assert np.abs(model.density.sum(axis=0) * model.gap - 1.0)[-1] < 0.1
+
+
+def test_rest_is_as_usual_at_a_step_as_the_motion_may_end_there():
+    """Half as likely to end, half as usual to rest."""
+    tube = _cut(line("0", [1.0, 0.0, 0.0]), 70)
+    evidence = [gather_evidence(tube, measure_scales([tube], ()), DEFAULT_SETTINGS)]
+    densities = [
+        learn_speed(evidence, [np.full(70, ending)], np.array([0]), DEFAULT_SETTINGS) for ending in (0.0, 0.5, 1.0)
+    ]
+    resting = [model.at(np.zeros(3))[40:] for model in densities]
+    assert (resting[2] > 5.0 * resting[0]).all()
+    np.testing.assert_allclose(resting[1], 0.5 * (resting[0] + resting[2]), rtol=1e-9)
 
 
 def _cut(tube, steps):
