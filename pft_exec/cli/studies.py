@@ -104,10 +104,6 @@ def reproduce(
     ],
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 5,
     out: Annotated[Path | None, typer.Option(help="Folder for the full result and its pictures.")] = None,
-    oracle: Annotated[
-        bool,
-        typer.Option("--oracle", help="Table 2: also the bound of one who knows the simulated people; minutes a seed."),
-    ] = False,
     jobs: Jobs = 1,
     as_json: Json = False,
 ) -> None:
@@ -115,7 +111,7 @@ def reproduce(
     from pft_exec.evaluation import reproduce as reproduce_tables
 
     with progress(f"reproducing {what}") as advance:
-        result = reproduce_tables(what, seeds=seeds, out=out, progress=advance, jobs=jobs, oracle=oracle)
+        result = reproduce_tables(what, seeds=seeds, out=out, progress=advance, jobs=jobs)
     print_tables(as_json, result, result["tables"])
 
 

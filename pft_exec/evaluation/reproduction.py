@@ -17,7 +17,7 @@ from pft_exec.evaluation.protocol import Progress, silent
 from pft_exec.evaluation.reach import evaluate_reach
 from pft_exec.evaluation.real import SETS, Condition, evaluate_set
 from pft_exec.evaluation.table3 import table3
-from pft_exec.evaluation.tables import ORACLE, TableResult, table1, table2
+from pft_exec.evaluation.tables import TableResult, table1, table2
 from pft_exec.exceptions import StorageError, UnknownNameError
 
 SPLITS_A_SEED = 2  # of the real recordings: five seeds, the default of the command, make ten splits
@@ -34,13 +34,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def reproduce(
-    name: str,
-    seeds: int = 5,
-    out: str | Path | None = None,
-    progress: Progress = silent,
-    *,
-    jobs: int = 1,
-    oracle: bool = False,
+    name: str, seeds: int = 5, out: str | Path | None = None, progress: Progress = silent, *, jobs: int = 1
 ) -> dict[str, Any]:
     """Run one comparison, or all.
 
@@ -56,8 +50,6 @@ def reproduce(
         Takes the stage and the share that is done, in [0, 1].
     jobs : int
         Processes that teach, where a robot is taught, or judge splits of the recordings.
-    oracle : bool
-        Whether table 2, too, has a row for a recognizer that knows the simulated people: minutes a seed.
 
     Returns
     -------
@@ -85,7 +77,7 @@ def reproduce(
     result: dict[str, Any] = {"tables": {}}
     for place, part_name in enumerate(chosen):
         with threadpool_limits(1):  # matrices are small: threads that wait for each other made this ten times as slow
-            part = runs[part_name](_Request(seeds, folder, jobs, _share_of(progress, place, len(chosen)), oracle))
+            part = runs[part_name](_Request(seeds, folder, jobs, _share_of(progress, place, len(chosen))))
         result["tables"] |= part.tables
         result[part_name] = part.details
         if folder is not None:
@@ -102,7 +94,6 @@ class _Request(NamedTuple):
     folder: Path | None
     jobs: int
     progress: Progress
-    oracle: bool
 
     @property
     def lessons(self) -> Path | None:
@@ -141,8 +132,7 @@ def _table1(request: _Request) -> _Part:
 
 
 def _table2(request: _Request) -> _Part:
-    methods = (*METHODS, ORACLE) if request.oracle else tuple(METHODS)
-    return _table("Table 2, one scene", table2(request.seeds, methods, request.progress))
+    return _table("Table 2, one scene", table2(request.seeds, progress=request.progress))
 
 
 def _table3(request: _Request) -> _Part:
