@@ -238,7 +238,7 @@ class _Assistance:
                 return takeover
             if loop.arm is not floating.arm:
                 floating.carry(loop.arm)
-            command = floating.update(loop.time, q, v, self.force.torque)
+            command = floating.update(loop.time, q, v)
             self._brake = floating.brake
             loop.apply(command, Stage.GUIDED, perf_counter() - started, self.person.pull)
         self._note_guidance()

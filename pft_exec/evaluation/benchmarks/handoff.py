@@ -28,7 +28,7 @@ _TAKEN = (
     "free ms, median",
     "free ms, longest",
     "torque step N m, largest",
-    "besides what the push masks",
+    "of slow joints",
     "beyond the push",
 )
 _HAND = 8.0  # N
@@ -255,11 +255,11 @@ def _take_back_row(
 def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -> tuple[float, ...] | None:
     """Times from the push to the take-back and to floating, s, and the largest torque steps then; None: not felt.
 
-    The step, N m, is that of any joint's torque from one period to the next: by itself, by how much it is more than a
-    hand does not tell beside the torque that the push has put on that joint, and by how much more than that torque.
-    Floating means less than 0.5 N m left in every joint of what pulled to the tube.
+    The step, N m, is that of any joint's torque from one period to the next: by itself, of joints that the push has not
+    brought near their velocity limits, and by how much it is more than the push has put on that joint. Floating means
+    less than 0.5 N m left in every joint of what pulled to the tube.
     """
-    from pft_exec.execution.safety.yielding import MASKED, Yielding
+    from pft_exec.execution.safety.yielding import RACING_SHARE, Yielding
 
     on_tube = start.target.at(0.0)
     controller, plant = TrackingController(arm, PERIOD), Plant(arm, on_tube.configuration, mismatch, seed)
@@ -276,11 +276,12 @@ def _push(arm: Arm, start: Start, force: Array, mismatch: Mismatch, seed: int) -
             felt = now
             yielding.begin(now, command)
         before = command
-        command = controller.update(now, q, v) if felt is None else yielding.update(now, q, v, external.torque)
+        command = controller.update(now, q, v) if felt is None else yielding.update(now, q, v)
         if felt is not None and before is not None:
             change = np.abs(command.torque - before.torque)
-            pushed = np.abs(arm.jacobian(q)[:3].T @ force)
-            steps = np.maximum(steps, [change.max(), (change - MASKED * pushed).max(), (change - pushed).max()])
+            slow = change * (np.abs(v) < RACING_SHARE * arm.limits.velocity)
+            beyond = change - np.abs(arm.jacobian(q)[:3].T @ force)
+            steps = np.maximum(steps, [change.max(), slow.max(), beyond.max()])
             if yielding.is_free:
                 return felt - begin, now - begin, *(float(value) for value in steps)
         plant.act(command.torque, force if begin <= now < begin + 0.2 else 0.0 * force, 1)

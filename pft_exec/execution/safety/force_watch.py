@@ -46,8 +46,6 @@ class ForceWatch:
         self._take_back = TakeBack(threshold)
         self.force: Array = np.zeros(3)
         """(3,), N: estimate at the tool, base frame."""
-        self.torque: Array = np.zeros(len(loop.arm.joint_names))
-        """(n,), N m: estimate at the joints."""
         self._sudden: Array = np.zeros(3)
         self._threshold = threshold
         self._share = 1.0 - math.exp(-loop.world.control_period / REST_TIME)
@@ -74,7 +72,7 @@ class ForceWatch:
         if self.loop.guard.doubt > 0.0:
             q = np.full_like(q, np.nan)  # what is only believed of the joints' motion says nothing of forces
         felt = self._observer.update(q, v, None if command is None else command.torque)
-        self.force, self.torque, self._sudden = felt.force, felt.torque, felt.sudden
+        self.force, self._sudden = felt.force, felt.sudden
         means = self._mean, self._mean_force, self._variance
         self._variance = follow_means(*means, felt.torque, felt.force, self._share)
 

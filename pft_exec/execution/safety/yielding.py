@@ -15,11 +15,8 @@ from pft_exec.execution.safety.force_watch import ForceWatch
 from pft_exec.geometry import Array
 from pft_exec.model import Arm
 
-FADE_RATE = 460.0
+FADE_RATE = 490.0
 """N m/s by which a joint's torque changes at most, beside that of gravity, as long as no joint turns too fast."""
-MASKED = 0.07
-"""Share of the torque that a person's push is felt to put on a joint by which the joint's own may change besides in a
-control period: next to a force, hands do not tell a change of less than 7 % [Pang1991]_."""
 FREE = 0.5
 """N m; with less left of what pulled towards the tube in every joint, the arm is free."""
 EASE_TIME = 0.08
@@ -82,7 +79,7 @@ class Yielding:
         """Whether next to nothing is left of what pulled towards the tube, less than `FREE` in every joint."""
         return self._before is None and bool(np.all(np.abs(self._left) < FREE))
 
-    def update(self, time: float, q: Array, v: Array, felt: Array | None = None) -> Command:
+    def update(self, time: float, q: Array, v: Array) -> Command:
         """Torque for one control period; never raises.
 
         Parameters
@@ -90,8 +87,6 @@ class Yielding:
         time : float, s
         q, v : (n,), rad, rad/s
             Measured.
-        felt : (n,), N m, or None
-            What acts on the joints from outside.
         """
         command = self._floating.update(time, q, v)
         q = command.configuration
@@ -102,16 +97,16 @@ class Yielding:
         share = float(np.clip((time - self._eased_since + self._period) / EASE_TIME, 0.0, 1.0))
         self.brake = share * self._brake(q, v) + racing_brake(self.arm, q, v, self._period)
         wanted = share * (command.torque - gravity) + (1.0 - share) * self._eased - self.brake
-        torque = gravity + self._approach(wanted, v, np.zeros(len(q)) if felt is None else felt)
+        torque = gravity + self._approach(wanted, v)
         limit = self.arm.limits.torque
         return replace(command, torque=np.minimum(np.maximum(torque, -limit), limit))
 
-    def _approach(self, wanted: Array, v: Array, felt: Array) -> Array:
+    def _approach(self, wanted: Array, v: Array) -> Array:
         """Torque (n,), N m, beside gravity: towards what is wanted, at a rate that no hand feels."""
         if self._last is None:
             self._last = wanted
         hurry = np.clip((np.abs(v) / self.arm.limits.velocity - HURRY[0]) / (HURRY[1] - HURRY[0]), 0.0, 1.0)
-        step = FADE_RATE * self._period * (1.0 + (HURRY[2] - 1.0) * hurry) + MASKED * np.abs(felt)
+        step = FADE_RATE * self._period * (1.0 + (HURRY[2] - 1.0) * hurry)
         self._last = self._last + np.clip(wanted - self._last, -step, step)
         self._left = wanted - self._last
         given: Array = self._last
@@ -199,6 +194,6 @@ def give_way(loop: ControlLoop, force: ForceWatch, before: Command | None) -> bo
         if loop.arm is not arm:
             arm = loop.arm
             yielding.carry(arm.with_payload(load))
-        command = yielding.update(loop.time, q, v, force.torque)
+        command = yielding.update(loop.time, q, v)
         loop.apply(command, Stage.GUIDED, perf_counter() - started)
     return False
