@@ -100,6 +100,10 @@ class StorageError(PFTError, OSError):
     """A file that is missing, truncated, foreign, or newer than this version."""
 
 
+class MissingPackageError(PFTError, ImportError):
+    """A package that only some of the comparisons need is not installed."""
+
+
 class UnreachableError(PFTError, ValueError):
     """A pose, placement or path that the arm cannot reach."""
 

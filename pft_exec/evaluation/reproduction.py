@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from threadpoolctl import threadpool_limits
 
 from pft_exec.evaluation import pictures
+from pft_exec.evaluation.extras import check_baselines
 from pft_exec.evaluation.figure5 import figure5, write_figure5
 from pft_exec.evaluation.methods import METHODS
 from pft_exec.evaluation.protocol import Progress, silent
@@ -20,6 +21,7 @@ from pft_exec.evaluation.table3 import table3
 from pft_exec.evaluation.tables import TableResult, table1, table2
 from pft_exec.exceptions import StorageError, UnknownNameError
 
+COMPARED = frozenset({"table1", "table2", "real"})  # with the baselines
 SPLITS_A_SEED = 2  # of the real recordings: five seeds, the default of the command, make ten splits
 UNKNOWN_SPLITS = 2
 DRAWS_A_SEED = 4  # of the teaching demonstrations of reach_target; medians settle from 10 draws on
@@ -60,6 +62,8 @@ def reproduce(
     ------
     UnknownNameError
         If there is no such comparison.
+    MissingPackageError
+        If it has baselines whose packages are not installed.
     StorageError
         If "real" finds no recordings, or nothing can be written to `out`.
     """
@@ -72,8 +76,10 @@ def reproduce(
     }
     if name not in (*runs, "all"):
         raise UnknownNameError("comparison", name, (*runs, "all"))
-    folder = None if out is None else _made(Path(out))
     chosen = list(runs) if name == "all" else [name]
+    if not COMPARED.isdisjoint(chosen):
+        check_baselines()
+    folder = None if out is None else _made(Path(out))
     result: dict[str, Any] = {"tables": {}}
     for place, part_name in enumerate(chosen):
         with threadpool_limits(1):  # matrices are small: threads that wait for each other made this ten times as slow

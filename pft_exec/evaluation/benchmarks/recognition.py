@@ -11,6 +11,7 @@ import numpy as np
 from pft_exec.evaluation.baselines.nearest_neighbor import warped_distance
 from pft_exec.evaluation.benchmarks.people import synthetic_demonstrations
 from pft_exec.evaluation.benchmarks.stopwatch import Tables, milliseconds
+from pft_exec.evaluation.extras import check_baselines
 from pft_exec.evaluation.protocol import Progress
 from pft_exec.geometry import Array
 from pft_exec.learning import FlowTube
@@ -22,6 +23,7 @@ _PERIOD = 0.01  # s
 
 def time_recognition(seed: int, progress: Progress) -> Tables:
     """One sample by motions, steps and elapsed time, and what it costs where everything is computed anew."""
+    check_baselines()
     rows = []
     for place, (motions, steps, seconds) in enumerate(((20, 200, 2), (20, 200, 40), (20, 1000, 2), (100, 200, 2))):
         progress(f"recognizing among {motions} motions", place / 6.0)
