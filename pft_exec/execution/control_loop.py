@@ -94,7 +94,8 @@ class ControlLoop:
 
     def tool(self) -> Pose:
         """Pose of the tool, world frame, by the model from what `sense` says."""
-        pose = self.arm.forward(self.sense()[0])
+        dynamics = self.arm.dynamics(*self.sense())  # which the controller has computed, or is about to
+        pose = Pose(dynamics.position, dynamics.quaternion)
         return pose if self._at_origin else self.world.base @ pose
 
     @property

@@ -44,16 +44,17 @@ class Handling:
         self._grip: Pose | None = None
         if world.held(name) is not None:
             self._take(world.held(name))
-            self._grip = self._pose_in_tool()
+            self._grip = self._pose_in(world.true_tool(name))
 
     def update(self) -> None:
         """Look again; once a sample."""
         world, now = self._world, self._world.time
-        self._path.append(world.true_tool(self._name).position)
+        tool = world.true_tool(self._name)
+        self._path.append(tool.position)
         touched = world.held(self._name) if world.is_gripper_closed(self._name) else None
         if touched is not None and touched == self.held:
             self._seen = now
-            self._watch_slip(now)
+            self._watch_slip(now, tool)
         elif self.held is None or not world.is_gripper_closed(self._name) or now - self._seen > LOST:
             self._take(touched)
 
@@ -68,7 +69,7 @@ class Handling:
             self.slip = self.turned = 0.0
             self.arm = self._bare.with_payload(*self._world.load(held, self._name))
 
-    def _watch_slip(self, now: float) -> None:
+    def _watch_slip(self, now: float, tool: Pose) -> None:
         """Compare the object's pose in the tool's frame with the one it was grasped in.
 
         What turns about the pads keeps the point between them and moves its middle; what turns about its middle, the
@@ -76,20 +77,20 @@ class Handling:
         """
         if self._grip is None:
             if now - self._since >= STEADY:
-                self._grip = self._pose_in_tool()
+                self._grip = self._pose_in(tool)
             return
-        now_in_tool = self._pose_in_tool()
+        now_in_tool = self._pose_in(tool)
         motion = now_in_tool @ self._grip.inverse()
         middle = float(np.linalg.norm(now_in_tool.position - self._grip.position))
         between_pads = float(np.linalg.norm(motion.position))
         self.slip = max(self.slip, middle, between_pads)
         self.turned = max(self.turned, float(geodesic_distance(now_in_tool.quaternion, self._grip.quaternion)))
 
-    def _pose_in_tool(self) -> Pose:
-        """Of the held object."""
+    def _pose_in(self, tool: Pose) -> Pose:
+        """Of the held object, in the tool's frame."""
         if self.held is None:
             raise ValueError("nothing is held.")
-        return self._world.true_tool(self._name).inverse() @ self._world.scene[self.held]
+        return tool.inverse() @ self._world.pose(self.held)
 
     def measured(self) -> Measured:
         """What a verdict on the run so far needs."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,9 +60,9 @@ class Pose:
                 f"a pose has a position (3,) and a quaternion (4,) (x, y, z, w); got shapes "
                 f"{position.shape} and {quaternion.shape}."
             )
-        if not (np.isfinite(position).all() and np.isfinite(quaternion).all()):
+        if not all(map(math.isfinite, (*position.tolist(), *quaternion.tolist()))):
             raise InvalidSceneError(f"a pose must be finite; got {position} m and {quaternion}.")
-        norm = float(np.linalg.norm(quaternion))
+        norm = math.sqrt(quaternion.dot(quaternion))
         if abs(norm - 1.0) > UNIT_TOLERANCE:
             raise InvalidSceneError(
                 f"the quaternion (x, y, z, w) of a pose must have length 1 within 1e-3; "

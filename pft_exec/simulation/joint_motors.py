@@ -29,7 +29,7 @@ class JointMotors:
     def drive(self, indices: Sequence[int], torque: Array) -> None:
         """Apply a torque (k,), N m (of sliding joints: a force, N), in the coming step."""
         pybullet.setJointMotorControlArray(
-            self._body, indices, pybullet.TORQUE_CONTROL, forces=torque, physicsClientId=self._client
+            self._body, indices, pybullet.TORQUE_CONTROL, forces=torque.tolist(), physicsClientId=self._client
         )
 
     def rub(self, indices: Sequence[int], friction: Array) -> None:

@@ -319,6 +319,10 @@ class World:
         """Where the balls of the liquid are now, (S, 3), m, world frame; (0, 3) where there is none."""
         return self._contents.balls
 
+    def pose(self, name: str) -> Pose:
+        """Pose of an object now, world frame."""
+        return self._contents.objects[name].pose
+
     def speed(self, name: str) -> float:
         """Speed of an object's middle now, m/s."""
         return self._contents.objects[name].speed
