@@ -69,7 +69,7 @@ def rotate(quaternion: ArrayLike, vector: ArrayLike) -> Array:
     x, y, z, w = _components(quaternion)
     a, b, c = _components(vector)
     p, q, r = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)  # twice the cross product
-    rotated = np.empty(np.broadcast_shapes(quaternion.shape[:-1], vector.shape[:-1]) + (3,))
+    rotated = np.empty((*np.broadcast_shapes(quaternion.shape[:-1], vector.shape[:-1]), 3))
     rotated[..., 0] = a + w * p + y * r - z * q
     rotated[..., 1] = b + w * q + z * p - x * r
     rotated[..., 2] = c + w * r + x * q - y * p
