@@ -76,15 +76,16 @@ class Contents:
         self.liquid = None if set_up.liquid is None else self._filled(set_up.liquid)
         self.grasps = Grasps(engine, robot, self.objects, grasp)
         for name in set_up.holding.values():
-            self._object(name)
+            self.object(name)
 
-    def _object(self, name: str) -> ObjectBody:
+    def object(self, name: str) -> ObjectBody:
+        """One of the task's objects, placed or fixed."""
         if name not in self.objects:
-            raise MissingObjectError("object of the task", name, self.objects, "A gripper is to hold it.")
+            raise MissingObjectError("object of the task", name, self.objects)
         return self.objects[name]
 
     def _filled(self, name: str) -> Liquid:
-        item = self._object(name)
+        item = self.object(name)
         if not isinstance(item.description.shape, VesselShape):
             raise SimulationError(f"the liquid is to be in {name!r}, which is no vessel.")
         places = item.pose.apply(places_in(self._task.liquid, item.description.shape))

@@ -121,9 +121,14 @@ class World:
     @property
     def scene(self) -> Scene:
         """Poses of the task's placed objects now, world frame."""
+        return self._inside.scene
+
+    @property
+    def _inside(self) -> Contents:
+        """What is in the world, as long as it is open."""
         if not self.is_open:
             raise SimulationError("the world is closed; open another.")
-        return self._contents.scene
+        return self._contents
 
     @property
     def time(self) -> float:
@@ -320,12 +325,12 @@ class World:
         return self._contents.balls
 
     def pose(self, name: str) -> Pose:
-        """Pose of an object now, world frame."""
-        return self._contents.objects[name].pose
+        """Pose of an object now, world frame; of one alone, where `scene` looks at all."""
+        return self._inside.object(name).pose
 
     def speed(self, name: str) -> float:
         """Speed of an object's middle now, m/s."""
-        return self._contents.objects[name].speed
+        return self._inside.object(name).speed
 
     def reset(
         self,

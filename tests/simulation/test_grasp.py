@@ -106,7 +106,7 @@ def test_the_same_set_up_is_the_same_bit_for_bit(opened: World) -> None:
 
 
 def test_what_cannot_be_set_up_is_refused(opened: World) -> None:
-    with pytest.raises(MissingObjectError, match="A gripper is to hold it"):
+    with pytest.raises(MissingObjectError, match="object of the task"):
         opened.reset(SCENE, set_up=SetUp(holding={"right": "botle"}))
     with pytest.raises(SimulationError, match="no vessel"):
         opened.reset(SCENE, set_up=SetUp(liquid="can"))

@@ -37,6 +37,7 @@ def test_a_scene_stands_where_it_was_put(world: World) -> None:
     world.reset(asked)
     for name in asked:
         np.testing.assert_allclose(world.scene[name].array, asked[name].array, rtol=0, atol=1e-12)
+        assert world.pose(name) == world.scene[name]
 
 
 def test_objects_stand_still_on_the_table(world: World) -> None:
@@ -139,6 +140,8 @@ def test_unknown_names_are_refused_with_the_nearest(world: World) -> None:
         World("pr3", "tabletop")
     with pytest.raises(UnknownTaskError, match="Did you mean 'tabletop'"):
         World("pr2", "tabletopp")
+    with pytest.raises(MissingObjectError, match="Did you mean 'bottle'"):
+        world.pose("botle")
 
 
 def test_a_scene_that_does_not_fit_the_task_is_refused(world: World) -> None:
@@ -183,3 +186,5 @@ def test_a_closed_world_closes_again_and_says_so(robot: RobotModel, task: TaskDe
         world.step()
     with pytest.raises(SimulationError, match="the world is closed"):
         _ = world.scene
+    with pytest.raises(SimulationError, match="the world is closed"):
+        world.pose("bottle")
