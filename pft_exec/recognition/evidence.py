@@ -13,13 +13,14 @@ import numpy as np
 
 from pft_exec.geometry import Array, conjugate, multiply
 from pft_exec.learning.flow_tube import FlowTube
-from pft_exec.recognition.motion_clock import ClockScales, read_path
+from pft_exec.recognition.motion_clock import ClockScales, read_clock, read_path
 from pft_exec.recognition.settings import PhaseSettings
 
 PLAIN_COUNT = 5  # demonstrations that a tube from plain arrays stands for, where it does not say
 FEW = 5  # demonstrations from which a tube's own covariance counts half
 PLAIN_DIRECTION = 0.2  # rad, standard deviation of its direction of motion
 _TINY_EXTENT = 1e-9  # m
+_TINY_DURATION = 1e-9  # s
 _LEAST_ROTATION = 0.2  # rad: motions that turn less have no rotation extent of their own
 
 
@@ -90,10 +91,6 @@ def measure_scales(tubes: Sequence[FlowTube], signals: Sequence[str]) -> ClockSc
     return ClockScales(extent, rotation, ranges, duration)
 
 
-def _points(scales: ClockScales, tube: FlowTube) -> Array:
-    return scales.points(tube.position, tube.quaternion, dict(tube.continuous))
-
-
 def clock_constants(scales: ClockScales, settings: PhaseSettings) -> Array:
     """Leash, patience (s), pace while standing, window (s) and softness (m) of the motion's clock."""
     return np.array(
@@ -113,13 +110,17 @@ def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings
     weight = settings.direction_weight * scales.extent
     if tube.aligned is None:
         return _plain(tube, scales, constants, weight)
-    aligned = tube.aligned
+    aligned, signals = tube.aligned, dict(tube.continuous)
     count, steps = aligned.time.shape
     clocks, lengths, directions = np.empty((count, steps)), np.empty((count, steps)), np.empty((count, steps, 3))
+    paths = []
     for k in range(count):
         turn = None if aligned.quaternion is None else aligned.quaternion[k]
-        points = scales.points(aligned.position[k], turn, dict(tube.continuous))
-        clocks[k], lengths[k], directions[k] = read_path(aligned.time[k], aligned.position[k], points, constants)
+        paths.append((aligned.time[k], aligned.position[k], scales.points(aligned.position[k], turn, signals)))
+        clocks[k] = read_clock(*paths[k], constants)
+    tempos = clocks[:, -1].mean() / np.maximum(clocks[:, -1], _TINY_DURATION)
+    for k, (path, tempo) in enumerate(zip(paths, tempos, strict=True)):
+        lengths[k], directions[k] = read_path(*path, constants, float(tempo))
     directions *= weight
     rotation = np.zeros((count, steps, 3))
     if aligned.quaternion is not None and tube.quaternion is not None:
@@ -138,7 +139,8 @@ def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings
 
 
 def _plain(tube: FlowTube, scales: ClockScales, constants: Array, weight: float) -> TubeEvidence:
-    clock, length, direction = read_path(tube.time, tube.position, _points(scales, tube), constants)
+    path = tube.time, tube.position, scales.points(tube.position, tube.quaternion, dict(tube.continuous))
+    clock, (length, direction) = read_clock(*path, constants), read_path(*path, constants)
     count, steps = tube.count or PLAIN_COUNT, len(tube)
     scatter = np.zeros((3, steps, 3, 3))
     scatter[0] = tube.covariance[:, :3, :3]

@@ -2,8 +2,9 @@
 
 In the flow: both the demonstrations behind a tube and the stream of samples are read through this clock, so that a
 pause, an idle start or a break costs a motion nothing. The direction is that of the displacement over the last short
-while of the same clock; it is short where the hand is slow. A hand that stands heads nowhere new, and what is left of
-its movement is tremor: so the heading, by which a motion is judged, is then the last direction that was more than that.
+while of the same clock, as the tempo of the person has it; it is short where the hand is slow. A hand that stands heads
+nowhere new, and what is left of its movement is tremor: so the heading, by which a motion is judged, is then the last
+direction that was more than that.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from numba import njit
 from pft_exec.geometry import Array
 
 RING = 17  # remembered places: the window and a little more, in eighths of it
-_CLOCK, _TIME, _HEAD, _COUNT, _PUSHED, _STILL = range(6)
-SCALARS = 6
+_CLOCK, _TIME, _HEAD, _COUNT, _PUSHED, _STILL, _PACED = range(7)
+SCALARS = 7
 _CALM = 0.33  # of the patience: time constant of the place that stands or moves, for tremor is neither
 _HEADED = 0.5  # length of a direction that is more than tremor: the displacement is that of the softness
 
@@ -56,7 +57,7 @@ def _has_left(anchor, point, leash):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def advance_clock(  # type: ignore[no-untyped-def]
-    scalars, ring, anchor, calm, direction, last, heading, time, position, point, constants
+    scalars, ring, anchor, calm, direction, last, heading, time, position, point, tempo, constants
 ):
     """Take one sample; return by how much the clock went on, and write direction and heading (3,)."""
     leash, patience, slowest, window, softness = constants
@@ -74,13 +75,14 @@ def advance_clock(  # type: ignore[no-untyped-def]
         scalars[_STILL] = 0.0 if _has_left(anchor, calm, leash) else scalars[_STILL] + passed
         elapsed = passed if scalars[_STILL] <= patience else slowest * passed
         scalars[_CLOCK] += elapsed
-        _seek(scalars[_CLOCK], ring, scalars, scalars[_CLOCK] - window, position, before)
+        scalars[_PACED] += tempo * elapsed
+        _seek(scalars[_PACED], ring, scalars, scalars[_PACED] - window, position, before)
     scalars[_TIME] = time
-    if scalars[_COUNT] == 0.0 or scalars[_CLOCK] - scalars[_PUSHED] >= 0.125 * window:
+    if scalars[_COUNT] == 0.0 or scalars[_PACED] - scalars[_PUSHED] >= 0.125 * window:
         head = int(scalars[_HEAD])
-        ring[head, 0] = scalars[_CLOCK]
+        ring[head, 0] = scalars[_PACED]
         ring[head, 1:] = position
-        scalars[_PUSHED] = scalars[_CLOCK]
+        scalars[_PUSHED] = scalars[_PACED]
         scalars[_HEAD] = (head + 1) % RING
         scalars[_COUNT] = min(scalars[_COUNT] + 1.0, RING)
     square = 0.0
@@ -97,14 +99,16 @@ def advance_clock(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def _read(time, position, point, constants):  # type: ignore[no-untyped-def]
+def _read(time, position, point, tempo, constants):  # type: ignore[no-untyped-def]
     count = len(time)
     scalars, ring = np.zeros(SCALARS), np.zeros((RING, 4))
     anchor, calm = np.zeros(point.shape[1]), np.zeros(point.shape[1])
     clock, lengths, headings = np.zeros(count), np.zeros(count), np.zeros((count, 3))
     direction, last, heading = np.zeros(3), np.zeros(3), np.zeros(3)
     for n in range(count):
-        advance_clock(scalars, ring, anchor, calm, direction, last, heading, time[n], position[n], point[n], constants)
+        advance_clock(
+            scalars, ring, anchor, calm, direction, last, heading, time[n], position[n], point[n], tempo, constants
+        )
         clock[n] = scalars[_CLOCK]
         lengths[n] = np.sqrt((direction**2).sum())
         headings[n] = heading
@@ -145,10 +149,16 @@ class ClockScales:
         return np.ascontiguousarray(np.hstack([position / self.extent, turn, *(c[:, None] for c in columns)]))
 
 
-def read_path(time: Array, position: Array, points: Array, constants: Array) -> tuple[Array, Array, Array]:
-    """Clock (N,), s, lengths (N,) of the direction and heading (N, 3) along a path that was recorded at `time` (N,)."""
-    clock, lengths, headings = _read(time, np.ascontiguousarray(position), points, constants)
-    return clock, lengths, headings
+def read_clock(time: Array, position: Array, points: Array, constants: Array) -> Array:
+    """Clock (N,), s, along a path that was recorded at `time` (N,)."""
+    clock: Array = _read(time, np.ascontiguousarray(position), points, 1.0, constants)[0]
+    return clock
+
+
+def read_path(time: Array, position: Array, points: Array, constants: Array, tempo: float = 1.0) -> tuple[Array, Array]:
+    """Lengths (N,) of the direction and heading (N, 3) along a path of somebody so much faster than the others."""
+    _, lengths, headings = _read(time, np.ascontiguousarray(position), points, tempo, constants)
+    return lengths, headings
 
 
 class MotionClock:
@@ -178,8 +188,11 @@ class MotionClock:
         """Time on the motion's clock, s."""
         return float(self._scalars[_CLOCK])
 
-    def advance(self, time: float, position: Array, point: Array) -> float:
-        """Take one sample; by how much the clock went on, s. `direction` and `heading` are those after it."""
+    def advance(self, time: float, position: Array, point: Array, tempo: float = 1.0) -> float:
+        """Take one sample; by how much the clock went on, s. `direction` and `heading` are those after it.
+
+        They are taken over so much less time, the higher the person's `tempo` is beside the tubes'.
+        """
         state = self._scalars, self._ring, self._anchor, self._calm, self.direction, self._last, self.heading
-        elapsed = advance_clock(*state, time, position, point, self._constants)
+        elapsed = advance_clock(*state, time, position, point, tempo, self._constants)
         return float(elapsed)

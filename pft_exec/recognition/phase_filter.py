@@ -13,6 +13,10 @@ direction to say. What the sum over samples leaves out is the boundary: the pres
 its own. It does not add up; each sample makes it anew. Left out, a hand that has just gone another way is believed on
 the old one for as long as the sum remembers. At the other boundary every tube is where the hand is, so that the
 present counts the less, the less was seen since.
+
+A person's tempo, how fast they are beside the tubes, is their own: it is estimated on the way, from the time that the
+likely motions would have taken to where they are. The direction of motion is taken over a window, and evidence is
+counted, in the tubes' own time, so that a slow hand neither seems to head nowhere nor counts for more than a quick one.
 """
 
 from __future__ import annotations
@@ -31,7 +35,6 @@ from pft_exec.recognition.scores import Sample, Scores
 from pft_exec.recognition.settings import DEFAULT_SETTINGS, PhaseSettings
 from pft_exec.recognition.speed import weigh_presence
 
-_PACE_HELD = 0.3  # of a motion, at the tube's own pace, that a person's pace is estimated from besides what was seen
 _REMEMBERED = 16  # combinations of channels whose normalizers are kept
 
 
@@ -50,10 +53,11 @@ class PhaseFilter:
         model = self.model
         self._adopt(model)
         self._clock = MotionClock(model.constants, 7 + len(model.scales.signals))
+        self._tempo = 1.0
         self._evidence = np.zeros(len(model.tube))
         self._distance = np.zeros(len(model.labels))
         self._far = np.zeros(len(model.labels))
-        self._weight = 0.0
+        self._weight = self._watched = 0.0
         self._state[:, model.offset] = model.prior[:, None]
 
     def _adopt(self, model: PhaseModel) -> None:
@@ -86,8 +90,11 @@ class PhaseFilter:
         model = self.model
         signals, heard = model.signals.read(sample.continuous)
         turned = sample.quaternion is not None and model.has_orientation
-        elapsed = self._clock.advance(sample.time, sample.position, self._scaled(sample, signals))
-        weight = min(model.evidence_rate * elapsed, 1.0) if self._weight > 0.0 else model.first_weight
+        elapsed = self._clock.advance(sample.time, sample.position, self._scaled(sample, signals), self._tempo)
+        weight, watched = model.first_weight, model.first_weight
+        if self._weight > 0.0:
+            watched = min(model.evidence_rate * elapsed, 1.0)
+            weight = min(self._tempo * watched, 1.0)
         if self._weight == 0.0:
             self._begin_at(sample.position)
         self._weight += weight
@@ -98,14 +105,17 @@ class PhaseFilter:
         row[6:] = self._quaternion if turned else 0.0
         filter_sample(
             model.offset, model.length, self._mean, model.white, model.gain, model.turned, model.left,
-            model.signals.mean, model.signals.scale, model.steps, model.prior, model.switch, model.idle, model.tick,
+            model.signals.mean, model.signals.scale, model.steps, model.change, model.idle, model.tick,
             row, signals, heard, log_scale, said, size, model.freedom, elapsed, weight, self._settings.negligible,
             self._state, self._spare, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]
         self._far = self._out[3, : len(model.labels)] / size
-        self._distance += weight * self._far
-        return self.scores()
+        self._watched += watched
+        self._distance += watched * self._far
+        scores = self.scores()
+        self._tempo = self._tempo_of(scores)
+        return scores
 
     def _begin_at(self, position: Array) -> None:
         """Judge the first place of a stream, and lean towards it."""
@@ -152,7 +162,7 @@ class PhaseFilter:
             likelihood,
             phase,
             self._out[2, :count] / self._pace(phase),
-            model.strangeness.probability(self._distance, self._weight, self._far),
+            model.strangeness.probability(self._distance, self._watched, self._far),
         )
 
     def _worth_of_present(self) -> float:
@@ -174,9 +184,15 @@ class PhaseFilter:
         """(M,): how fast the person is beside each tube, held to 1 at first."""
         model, count = self.model, len(phase)
         place = (phase * model.last[:count] + model.middle[:count]).astype(np.int64)
-        held = _PACE_HELD * model.ends[:count]
+        held = self._settings.tempo_held * model.ends[:count]
         pace: Array = (model.clock[place] + held) / (self._clock.clock + held)
         return pace
+
+    def _tempo_of(self, scores: Scores) -> float:
+        """How fast the person is beside the likely tubes, in the geometric mean; no faster or slower than anybody."""
+        share = np.exp(scores.log_likelihood - scores.log_likelihood.max())
+        tempo = float(np.exp(share @ np.log(self._pace(scores.phase)) / share.sum()))
+        return min(max(tempo, self._settings.rates[0]), self._settings.rates[-1])
 
     def replace(self, tubes: Sequence[FlowTube]) -> None:
         """Go on with other tubes; each filter keeps its distribution over pace and phase, and its evidence."""

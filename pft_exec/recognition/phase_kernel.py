@@ -14,7 +14,7 @@ from numba import njit
 from pft_exec.recognition.elementary import exponentiate, take_logarithm
 
 REACH = 5  # the most steps in one tick
-ROWS = 6  # of spare room: total, mixed (between `REACH` zeros), mass, score, spent, and for the logarithm
+ROWS = 6  # of spare room: slower, mixed (between `REACH` zeros), mass, score, spent, and for the logarithm
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -28,15 +28,18 @@ def _sum_rates(state, begin, end, total):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _mix(row, total, kept, gained, mixed):  # type: ignore[no-untyped-def]
-    """Write one pace's phases after people changed pace to `mixed`, between zeros."""
-    width = len(total)
+def _mix(slower, row, faster, change, mixed):  # type: ignore[no-untyped-def]
+    """Write one pace's phases after people changed pace to `mixed`, between zeros; `slower` becomes this pace's."""
+    width = len(slower)
     for k in range(REACH):
         mixed[k] = 0.0
         mixed[REACH + width + k] = 0.0
     moved = mixed[REACH : REACH + width]
+    gained, kept, lost = change[0], change[1], change[2]
     for k in range(width):
-        moved[k] = kept * row[k] + gained * total[k]
+        now = row[k]
+        moved[k] = gained * slower[k] + kept * now + lost * faster[k]
+        slower[k] = now
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -66,14 +69,15 @@ def _leave_start(waiting, step, idle, row, count):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _predict(state, first, count, low, high, steps, prior, switch, idle, spare):  # type: ignore[no-untyped-def]
+def _predict(state, first, count, low, high, steps, change, idle, spare):  # type: ignore[no-untyped-def]
     """One tick: the pace may change, then the phase goes on by 0, 1, 2, ... steps. Returns the window's new end."""
     top, begin = min(high + REACH, count - 1), first + low
-    total, mixed = spare[0, : high - low + 1], spare[1]
-    _sum_rates(state, begin, first + high + 1, total)
+    slower, mixed, end = spare[0, : high - low + 1], spare[1], first + high + 1
+    slower[:] = 0.0
     for r in range(len(state)):
         row = state[r, begin : first + top + 1]
-        _mix(row, total, 1.0 - switch, switch * prior[r], mixed)
+        faster = state[min(r + 1, len(state) - 1), begin:end]
+        _mix(slower, row, faster, change[r], mixed)
         waiting = mixed[REACH]
         if low == 0:
             mixed[REACH] = 0.0
@@ -222,7 +226,7 @@ def _possible(mass, low, high):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def filter_sample(  # type: ignore[no-untyped-def]
-    offset, length, mean, white, gain, turned, left, signal_mean, signal_scale, steps, prior, switch, idle, tick,
+    offset, length, mean, white, gain, turned, left, signal_mean, signal_scale, steps, change, idle, tick,
     sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible,
     state, spare, pending, low, high, out,
 ):  # fmt: skip
@@ -236,7 +240,7 @@ def filter_sample(  # type: ignore[no-untyped-def]
         ticks = min(int(pending[j] / tick[j]), count)
         pending[j] = min(pending[j] - ticks * tick[j], tick[j])
         for _ in range(ticks):
-            high[j] = _predict(state, first, count, low[j], high[j], steps[j], prior, switch[j], idle[j], spare)
+            high[j] = _predict(state, first, count, low[j], high[j], steps[j], change[j], idle[j], spare)
         begin, end = first + low[j], first + high[j] + 1
         mass, score, spent, room = spare[2, : end - begin], spare[3, : end - begin], spare[4, : end - begin], spare[5]
         _sum_rates(state, begin, end, mass)

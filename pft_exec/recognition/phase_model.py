@@ -20,7 +20,7 @@ from pft_exec.recognition.settings import PhaseSettings
 from pft_exec.recognition.signals import SignalModel, learn_signals, shared_signals
 from pft_exec.recognition.speed import SpeedModel, learn_speed
 from pft_exec.recognition.start import StartModel, follow_starts, learn_starts
-from pft_exec.recognition.timing import rate_prior, step_probabilities
+from pft_exec.recognition.timing import rate_changes, rate_prior, step_probabilities
 from pft_exec.recognition.unknown import Strangeness, learn_strangeness
 
 Integers = NDArray[np.int64]
@@ -54,7 +54,9 @@ class PhaseModel:
         On the motion's clock.
     steps : (J, R, 6)
     prior : (R,)
-    switch, idle, tick, freedom : (J,)
+    change : (J, R, 3)
+        Probability that a pace is one's own in the next tick, who has the slower, the same, the faster pace now.
+    idle, tick, freedom : (J,)
         Probability of a new pace, and of staying at the start, in one tick (s); degrees of freedom.
     signals : SignalModel
     kept : (3, 3) bool
@@ -82,7 +84,7 @@ class PhaseModel:
     clock: Array
     steps: Array
     prior: Array
-    switch: Array
+    change: Array
     idle: Array
     tick: Array
     freedom: Array
@@ -208,7 +210,7 @@ def _pack(
         clock=np.concatenate([evidence[m].clock for m in which]),
         steps=np.ascontiguousarray(steps[which]),
         prior=rate_prior(settings),
-        switch=1.0 - np.exp(-1.0 / (settings.rate_memory * np.maximum(length - 1, 1))),
+        change=rate_changes(settings, 1.0 - np.exp(-1.0 / (settings.rate_memory * np.maximum(length - 1, 1)))),
         idle=settings.idle ** (200.0 / np.maximum(length, 2)),
         tick=ticks[which],
         freedom=np.array([emissions[m].freedom for m in which]),

@@ -36,12 +36,18 @@ class PhaseSettings:
     step_pseudo_count : float
         Steps of the pooled distribution that each motion's own step distribution starts from.
     rates : tuple of float
-        Paces, beside the tube's own, that a person may keep for a while. Without them each step is independent, and
-        the filter takes a slow person for another motion, with great confidence.
+        Paces, beside the tube's own, that a person may keep for a while, slowest first. Without them each step is
+        independent, and the filter takes a slow person for another motion, with great confidence.
     rate_deviation : float
-        Of the logarithm of the pace.
+        Of the logarithm of the pace; 0.2 to 0.3 serve as well.
+    rate_tail : float
+        What any pace is worth beside the tube's own, however far from it: a person has a pace of their own, which five
+        demonstrations of another do not show. Without it, one three times as slow was called unknown.
     rate_memory : float
-        Share of a motion for which a pace is kept, on average.
+        Share of a motion after which people change to a neighboring pace. Were any pace as near as any other, those
+        that are far from the tube's own would have to be found anew each time.
+    tempo_held : float
+        Of a motion at the tube's own pace that a person's tempo is estimated from, besides what was seen.
     idle : float
         Probability of staying at the very start for one step of 1 / 200 of the motion.
     leash : float
@@ -78,9 +84,11 @@ class PhaseSettings:
     rotation_floor: float = 0.01
     signal_floor: float = 0.01
     step_pseudo_count: float = 20.0
-    rates: tuple[float, ...] = (0.5, 0.7, 1.0, 1.4, 2.0)
-    rate_deviation: float = 0.3
+    rates: tuple[float, ...] = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.9, 4.0)
+    rate_deviation: float = 0.25
+    rate_tail: float = 0.03
     rate_memory: float = 0.05
+    tempo_held: float = 0.15
     idle: float = 0.85
     leash: float = 0.003
     patience: float = 0.04

@@ -57,6 +57,21 @@ def tilt(probabilities: Array, rates: Array) -> Array:
 
 def rate_prior(settings: PhaseSettings) -> Array:
     """(R,): how often people keep each pace."""
-    weight = np.exp(-0.5 * (np.log(settings.rates) / settings.rate_deviation) ** 2)
+    weight = np.exp(-0.5 * (np.log(settings.rates) / settings.rate_deviation) ** 2) + settings.rate_tail
     prior: Array = weight / weight.sum()
     return prior
+
+
+def rate_changes(settings: PhaseSettings, switch: Array) -> Array:
+    """(J, R, 3): probabilities by which each pace is reached from the next slower one, itself, and the next faster one.
+
+    People change to a neighboring pace, as often as leaves `rate_prior` as it is (Metropolis).
+    """
+    prior = rate_prior(settings)
+    up = 0.5 * np.minimum(1.0, prior[1:] / prior[:-1])  # from each but the last
+    down = 0.5 * np.minimum(1.0, prior[:-1] / prior[1:])
+    leave = np.append(up, 0.0) + np.insert(down, 0, 0.0)
+    reached = np.stack([np.insert(up, 0, 0.0), -leave, np.append(down, 0.0)], axis=1)
+    changes: Array = switch[:, None, None] * reached
+    changes[:, :, 1] += 1.0
+    return changes

@@ -29,7 +29,10 @@ class ReferenceFilter:
 
     def predict(self, j):
         model, state = self.model, self.state[j]
-        mixed = (1.0 - model.switch[j]) * state + model.switch[j] * model.prior[:, None] * state.sum(axis=0)
+        slower, same, faster = model.change[j].T[:, :, None]
+        mixed = same * state
+        mixed[1:] += slower[1:] * state[:-1]
+        mixed[:-1] += faster[:-1] * state[1:]
         after = np.zeros_like(state)
         count = state.shape[1]
         for r in range(len(mixed)):
