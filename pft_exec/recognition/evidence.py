@@ -14,6 +14,7 @@ import numpy as np
 from pft_exec.geometry import Array, conjugate, multiply
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.recognition.motion_clock import ClockScales, read_clock, read_path
+from pft_exec.recognition.roughness import measure_noise
 from pft_exec.recognition.settings import PhaseSettings
 
 PLAIN_COUNT = 5  # demonstrations that a tube from plain arrays stands for, where it does not say
@@ -21,6 +22,7 @@ FEW = 5  # demonstrations from which a tube's own covariance counts half
 PLAIN_DIRECTION = 0.2  # rad, standard deviation of its direction of motion
 _TINY_EXTENT = 1e-9  # m
 _TINY_DURATION = 1e-9  # s
+_LONGEST_WINDOW = 0.1  # of a motion, for its direction, however noisy: beyond it there are no turns left
 _LEAST_ROTATION = 0.2  # rad: motions that turn less have no rotation extent of their own
 
 
@@ -88,7 +90,7 @@ def measure_scales(tubes: Sequence[FlowTube], signals: Sequence[str]) -> ClockSc
         if spread > 0.0:
             ranges[name] = spread
     duration = max(float(np.median([tube.duration for tube in tubes])), 1e-6)
-    return ClockScales(extent, rotation, ranges, duration)
+    return ClockScales(extent, rotation, ranges, duration, measure_noise(tubes) / extent)
 
 
 def clock_constants(scales: ClockScales, settings: PhaseSettings) -> Array:
@@ -98,10 +100,16 @@ def clock_constants(scales: ClockScales, settings: PhaseSettings) -> Array:
             settings.leash,
             settings.patience * scales.duration,
             settings.standing_clock,
-            settings.window * scales.duration,
+            window_share(scales, settings) * scales.duration,
             settings.direction_softness * scales.extent,
         ]
     )
+
+
+def window_share(scales: ClockScales, settings: PhaseSettings) -> float:
+    """The direction's window, as a share of the median duration: long enough for the noise of the demonstrations."""
+    noisy = settings.noise_window * float(np.sqrt(scales.noise))
+    return min(max(settings.window, noisy), _LONGEST_WINDOW)
 
 
 def gather_evidence(tube: FlowTube, scales: ClockScales, settings: PhaseSettings) -> TubeEvidence:

@@ -127,12 +127,15 @@ class ClockScales:
         Pooled ranges of the continuous signals.
     duration : float, s
         Median duration.
+    noise : float
+        How rough the demonstrations' paths are, in extents.
     """
 
     extent: float
     rotation: float
     signals: dict[str, float]
     duration: float
+    noise: float = 0.0
 
     def per_unit(self) -> Array:
         """What the components of a sample (position, orientation and signals) are multiplied by."""
