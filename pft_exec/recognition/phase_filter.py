@@ -59,12 +59,13 @@ class PhaseFilter:
         self._far = np.zeros(len(model.labels))
         self._weight = self._watched = 0.0
         self._state[:, model.offset] = model.prior[:, None]
+        self._mass[model.offset] = 1.0
 
     def _adopt(self, model: PhaseModel) -> None:
         """Make room for a model's states; nothing is in them yet."""
         steps, rates, components = len(model.left), len(model.prior), len(model.tube)
         self.model = model
-        self._state = np.zeros((rates, steps))
+        self._state, self._mass = np.zeros((rates, steps)), np.zeros(steps)
         self._spare = np.zeros((ROWS, int(model.length.max()) + 2 * REACH))
         self._zeros = np.zeros(steps)
         self._lean(np.zeros((components, 3)))
@@ -107,7 +108,7 @@ class PhaseFilter:
             model.offset, model.length, self._mean, model.white, model.gain, model.turned, model.left,
             model.signals.mean, model.signals.scale, model.steps, model.change, model.idle, model.tick,
             row, signals, heard, log_scale, said, size, model.freedom, elapsed, weight, self._settings.negligible,
-            self._state, self._spare, self._pending, self._low, self._high, self._out,
+            self._state, self._mass, self._spare, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]
         self._far = self._out[3, : len(model.labels)] / size
@@ -152,7 +153,7 @@ class PhaseFilter:
         """What the samples so far say."""
         model, count = self.model, len(self.model.labels)
         density = model.speeds.at(self._clock.direction)
-        weigh_presence(model.offset, self._low, self._high, self._state, density, self._presence)
+        weigh_presence(model.offset, self._low, self._high, self._mass, density, self._presence)
         evidence = self._evidence + self._presence + self._worth_of_present() * self._out[4]
         likelihood = evidence[:count]
         if len(evidence) > count:
@@ -211,6 +212,8 @@ class PhaseFilter:
             self._pending[j], self._evidence[j] = pending[source], evidence[source]
             self._out[4, j] = said[source]
             sources.append(source)
-            self._out[1, j] = np.arange(length) @ new.sum(axis=0) / max(int(length) - 1, 1)
-            self._out[2, j] = self.model.left[first : first + length] @ new.sum(axis=0)
+            mass = self._mass[first : first + length]
+            mass[:] = new.sum(axis=0)
+            self._out[1, j] = np.arange(length) @ mass / max(int(length) - 1, 1)
+            self._out[2, j] = self.model.left[first : first + length] @ mass
         self._lean(offset[sources])

@@ -14,7 +14,7 @@ from numba import njit
 from pft_exec.recognition.elementary import exponentiate, take_logarithm
 
 REACH = 5  # the most steps in one tick
-ROWS = 6  # of spare room: slower, mixed (between `REACH` zeros), mass, score, spent, and for the logarithm
+ROWS = 5  # of spare room: slower, mixed (between `REACH` zeros), score, spent, and for the logarithm
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -228,11 +228,12 @@ def _possible(mass, low, high):  # type: ignore[no-untyped-def]
 def filter_sample(  # type: ignore[no-untyped-def]
     offset, length, mean, white, gain, turned, left, signal_mean, signal_scale, steps, change, idle, tick,
     sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible,
-    state, spare, pending, low, high, out,
+    state, whole, spare, pending, low, high, out,
 ):  # fmt: skip
     """Filter one sample through every component.
 
-    Rows of `out`: log evidence, phase, time left (s), mean distance, mean log density of the sample.
+    Into `whole` goes the mass of each phase, whatever the pace, within the window. Rows of `out`: log evidence, phase,
+    time left (s), mean distance, mean log density of the sample.
     """
     for j in range(len(offset)):
         first, count = offset[j], length[j]
@@ -242,7 +243,7 @@ def filter_sample(  # type: ignore[no-untyped-def]
         for _ in range(ticks):
             high[j] = _predict(state, first, count, low[j], high[j], steps[j], change[j], idle[j], spare)
         begin, end = first + low[j], first + high[j] + 1
-        mass, score, spent, room = spare[2, : end - begin], spare[3, : end - begin], spare[4, : end - begin], spare[5]
+        mass, score, spent, room = whole[begin:end], spare[2, : end - begin], spare[3, : end - begin], spare[4]
         _sum_rates(state, begin, end, mass)
         _square(begin, end, sample, mean, white, gain, turned, signals, heard, signal_mean, signal_scale, spent)
         _spend(spent, freedom[j], 0.5 * (freedom[j] + size), room)

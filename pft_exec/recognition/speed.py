@@ -116,15 +116,13 @@ def _coming_to_rest(levels: Array, speed: Array) -> Array:
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def weigh_presence(offset, low, high, state, density, out):  # type: ignore[no-untyped-def]
-    """Log of the mean density (S,) over the phases where each component may be: into `out` (J,)."""
+def weigh_presence(offset, low, high, mass, density, out):  # type: ignore[no-untyped-def]
+    """Log of the mean density (S,) over the phases where each component may be, of a mass (S,): into `out` (J,)."""
     for j in range(len(offset)):
         begin, end = offset[j] + low[j], offset[j] + high[j] + 1
-        now = density[begin:end]
+        now, row = density[begin:end], mass[begin:end]
         total, seen = 0.0, 0.0
-        for r in range(len(state)):
-            row = state[r, begin:end]
-            for k in range(len(now)):
-                total += row[k]
-                seen += row[k] * now[k]
+        for k in range(len(now)):
+            total += row[k]
+            seen += row[k] * now[k]
         out[j] = np.log(seen / total)
