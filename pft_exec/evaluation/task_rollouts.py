@@ -122,7 +122,7 @@ def run_rollout(rollout: Rollout, library: Path, folder: Path, film: str = "fail
             figures = measure_run(log, tube, world.arm(rollout.arm).limits) | _poured(world, rollout)
             result = _result(rollout, bool(log.success), log.reason, figures)
         _save_tile(world, rollout, folder)
-        if scenes.states and _is_filmed(film, result, rollout.name):
+        if scenes.states and is_filmed(film, result, rollout.name):
             _write_film(world, scenes, rollout, folder)
     return result
 
@@ -220,7 +220,8 @@ def _result(
     return RolloutResult(*about, success, refused, reason, dict(figures))
 
 
-def _is_filmed(film: str, result: RolloutResult, name: str) -> bool:
+def is_filmed(film: str, result: RolloutResult, name: str) -> bool:
+    """Whether a rollout of a name is to be filmed, where `film` is as of `run_rollout`."""
     if film in ("none", "failed", "all"):
         return film == "all" or (film == "failed" and not result.success)
     return name.startswith(film)

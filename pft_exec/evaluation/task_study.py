@@ -22,7 +22,7 @@ from pft_exec.evaluation.measurements import found_relations
 from pft_exec.evaluation.methods import expected_conflicts
 from pft_exec.evaluation.protocol import Progress, silent
 from pft_exec.evaluation.task_report import write_report
-from pft_exec.evaluation.task_rollouts import DRAWN, MIRRORED, Rollout, RolloutResult, run_rollout
+from pft_exec.evaluation.task_rollouts import DRAWN, MIRRORED, Rollout, RolloutResult, is_filmed, run_rollout
 from pft_exec.exceptions import PFTError, StorageError, UnknownArmError
 from pft_exec.learning import MotionLibrary, learn_library, learn_motion
 from pft_exec.model import load_robot
@@ -161,7 +161,7 @@ def _planned(subject: Subject, arms: Iterable[str], scenes: int, mirror_images: 
 def _roll_out(planned: Sequence[Rollout], out: Path, film: str, jobs: int, progress: Progress) -> list[RolloutResult]:
     """Results of all, those that have a file read from it."""
     folder = out / "rollouts"
-    missing = [item for item in planned if not (folder / f"{item.name}.json").exists()]
+    missing = [item for item in planned if _is_due(item, folder, film)]
     done = len(planned) - len(missing)
     finished = Parallel(n_jobs=jobs, return_as="generator")(
         delayed(_roll)(item, out / "library.h5", folder, film) for item in missing
@@ -169,6 +169,16 @@ def _roll_out(planned: Sequence[Rollout], out: Path, film: str, jobs: int, progr
     for number, name in enumerate(finished, start=done + 1):
         progress(f"executed {name}", number / len(planned))
     return [_load(folder / f"{item.name}.json") for item in planned]
+
+
+def _is_due(rollout: Rollout, folder: Path, film: str) -> bool:
+    """Whether a rollout has no result yet, or is to be filmed and was not."""
+    path = folder / f"{rollout.name}.json"
+    if not path.exists():
+        return True
+    result = _load(path)
+    has_film = result.refused or path.with_suffix(".mp4").exists()  # of what did not begin there is none
+    return not has_film and is_filmed(film, result, rollout.name)
 
 
 def _roll(rollout: Rollout, library: Path, folder: Path, film: str) -> str:

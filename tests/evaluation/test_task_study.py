@@ -14,7 +14,7 @@ from pft_exec.description import draw_scene, load_task, random_stream
 from pft_exec.evaluation import task_study
 from pft_exec.evaluation.lessons import Lesson, Subject
 from pft_exec.evaluation.task_report import figures, motion_rows, relevance_rows
-from pft_exec.evaluation.task_rollouts import Rollout, RolloutResult, run_rollout
+from pft_exec.evaluation.task_rollouts import Rollout, RolloutResult, is_filmed, run_rollout
 from pft_exec.evaluation.task_study import run_task_study
 from pft_exec.exceptions import StorageError, UnknownArmError
 from pft_exec.report.contact_sheet import GOOD
@@ -51,7 +51,10 @@ def executed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
         Image.new("RGB", (8, 6), GOOD).save(folder / f"{rollout.name}.png")
         success = rollout.label != "go_home" or rollout.number == 0
         about = (rollout.label, rollout.arm, rollout.kind, rollout.number)
-        return RolloutResult(*about, success, False, "as it should" if success else "too far away", FIGURES)
+        result = RolloutResult(*about, success, False, "as it should" if success else "too far away", FIGURES)
+        if is_filmed(film, result, rollout.name):
+            (folder / f"{rollout.name}.mp4").touch()
+        return result
 
     monkeypatch.setattr(Lesson, "teach", lambda lesson: [trial(lesson, number) for number in range(lesson.count)])
     monkeypatch.setattr(task_study, "run_rollout", roll)
@@ -72,6 +75,16 @@ def test_a_study_rolls_out_every_motion_on_every_arm_and_says_how_it_went(execut
     written = {path.name for path in (tmp_path / "study").iterdir()}
     assert {"report.json", "report.html", "ends_right.png", "ends_left.png", "library.h5", "settings.json"} <= written
     assert json.loads((tmp_path / "study" / "report.json").read_text()) == report
+
+
+def test_a_finished_study_films_what_is_asked_for_later(executed: list[str], tmp_path: Path) -> None:
+    run_task_study(tmp_path, SETTINGS, scenes=2, arms=["right"], film="none")
+    for film, expected in (("right_drawn_reach_001", "right_drawn_reach_001"), ("failed", "right_drawn_go_home_001")):
+        for wanted in ([expected], []):  # once, and not again
+            executed.clear()
+            run_task_study(tmp_path, SETTINGS, scenes=2, arms=["right"], film=film)
+            assert executed == wanted
+        assert (tmp_path / "rollouts" / f"{expected}.mp4").exists()
 
 
 def test_an_interrupted_study_goes_on(executed: list[str], tmp_path: Path) -> None:
