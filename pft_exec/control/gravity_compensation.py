@@ -19,6 +19,7 @@ bears (`held_damping`): with the plain one a light wrist at 500 Hz swings ever w
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pft_exec.control.command import Command
 from pft_exec.control.held_damping import held_damping
@@ -75,7 +76,14 @@ class GravityCompensation:
         arm.check_configuration(self._zero)
         self.arm = arm
 
-    def update(self, time: float, q: Array, v: Array, status: str = "gravity compensation") -> Command:
+    def update(
+        self,
+        time: float,
+        q: Array,
+        v: Array,
+        status: str = "gravity compensation",
+        unseen: NDArray[np.bool_] | None = None,
+    ) -> Command:
         """Torque for one control period; never raises.
 
         Parameters
@@ -85,6 +93,9 @@ class GravityCompensation:
             Measured. Where one is not finite, the last good configuration is held up, without damping.
         status : str
             Passed on to the command.
+        unseen : (n,), bool, optional
+            Joints whose state is believed, not measured. They are held up, no more: a wall or a damping that answers
+            to a state which does not change is a push that nothing ends.
         """
         del time
         if not np.isfinite(q).all():
@@ -92,12 +103,16 @@ class GravityCompensation:
         if not np.isfinite(v).all():
             v, status = self._zero, f"{status}; velocity not finite"
         self._last = np.array(q, dtype=float)
-        return self._command(self._last, v, status)
+        if unseen is not None and unseen.any():
+            v = np.where(unseen, 0.0, v)
+        return self._command(self._last, v, status, unseen)
 
-    def _command(self, q: Array, v: Array, status: str) -> Command:
+    def _command(self, q: Array, v: Array, status: str, unseen: NDArray[np.bool_] | None) -> Command:
         limit = self.arm.limits.torque
         still = self.arm.dynamics(q, self._zero)
         spring, damping = self._wall(q, v)
+        if unseen is not None:
+            spring = np.where(unseen, 0.0, spring)
         torque = still.bias - self.arm.counterbalance(q) - spring
         if self.damping is None:
             torque += lightening_torque(self.arm.friction, v)

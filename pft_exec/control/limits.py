@@ -9,7 +9,8 @@ whatever the state: :math:`\ddot q = M^{-1} (\tau - h)` for any torque in the bo
 
 .. math:: V = \{ |v| \le v_m,\; q + v_+^2 / 2 b \le q_u,\; q - v_-^2 / 2 b \ge q_l \},
 
-with braking deceleration b <= a_m, the acceleration limit, and v+, v- the parts of v towards either end.
+with braking deceleration b <= a_m, the acceleration limit, a speed v_m within the velocity limit (`BRAKING_SHARE` and
+`SPEED_SHARE` of them), and v+, v- the parts of v towards either end.
 References keep a_m themselves; the program may go beyond it, by `AUTHORITY`, to answer what was not foreseen.
 `acceleration_bounds` gives the interval of accelerations that, held for one control period h, lead from V into V.
 
@@ -43,6 +44,9 @@ from pft_exec.model import JointLimits
 
 BRAKING_SHARE = 0.8
 """Share of the acceleration limit that braking counts on; the rest is room for the tracking error."""
+SPEED_SHARE = 0.98
+"""Share of the velocity limit that the bounds allow; the rest is room for noise and torque that no model knows, which
+carried a joint 0.3 % beyond a bound that stood at the limit itself (with all mismatches at once)."""
 AUTHORITY = 10.0
 """Multiple of the acceleration limit that the feedback may use. A quarter of a newton metre of unforeseen friction
 accelerates a wrist by the whole limit: with 1, the tool strays by centimetres and the arm stiffens under a push."""
@@ -124,5 +128,5 @@ def largest_acceleration(room: float, v: float, speed: float, acceleration: floa
         bound = (math.sqrt(half**2 + brake * (2.0 * room - period * v)) - half - v) / period
     else:
         bound = -(v**2) / max(2.0 * room, _TINY)
-    bound = min(bound, (speed - v) / period)
+    bound = min(bound, (SPEED_SHARE * speed - v) / period)
     return max(-AUTHORITY * acceleration, min(bound, AUTHORITY * acceleration))

@@ -53,6 +53,17 @@ def test_wall_is_silent_away_from_the_limits(arm, start, floating):
     np.testing.assert_allclose(floating.update(0.0, start, np.zeros(7)).torque, expected, atol=1e-12)
 
 
+def test_a_joint_that_is_not_seen_is_held_up_no_more(arm, start, floating):
+    """A spring that answers to a state which is only believed would push, and nothing would end it."""
+    q = np.array(start)
+    q[4], q[5] = arm.limits.upper[4] - 0.01, arm.limits.upper[5] - 0.01
+    unseen = np.arange(7) == 5
+    expected = arm.gravity(q) - arm.counterbalance(q)
+    torque = GravityCompensation(arm, damping=1.0).update(0.0, q, np.eye(7)[5], unseen=unseen).torque
+    np.testing.assert_allclose(np.delete(torque, 4), np.delete(expected, 4), atol=1e-12)
+    assert torque[4] < expected[4] - 0.1
+
+
 def test_torque_never_exceeds_its_limit(arm, floating):
     generator = np.random.default_rng(0)
     for _ in range(300):

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pft_exec.control import acceleration_bounds, torque_constraint
-from pft_exec.control.limits import AUTHORITY, BRAKING_SHARE, largest_acceleration
+from pft_exec.control.limits import AUTHORITY, BRAKING_SHARE, SPEED_SHARE, largest_acceleration
 
 COUNT = 1_000_000
 
@@ -23,18 +23,19 @@ class ManyJoints:
         self.velocity = generator.uniform(0.3, 4.0, COUNT)
         self.upper = self.lower + generator.uniform(0.01, 5.0, COUNT)
         self.brake = BRAKING_SHARE * self.acceleration
+        self.fastest = SPEED_SHARE * self.velocity
 
     def viable(self, q, v):
         """How far each state is outside the set from which the joint can still stop in time; 0 inside."""
         over = np.maximum(q + np.maximum(v, 0.0) ** 2 / (2 * self.brake) - self.upper, 0.0)
         under = np.maximum(self.lower - (q - np.minimum(v, 0.0) ** 2 / (2 * self.brake)), 0.0)
-        return np.maximum(np.maximum(over, under), np.maximum(np.abs(v) - self.velocity, 0.0))
+        return np.maximum(np.maximum(over, under), np.maximum(np.abs(v) - self.fastest, 0.0))
 
     def viable_states(self, generator):
         """Random states inside that set, a third of them on its edge."""
         q = generator.uniform(self.lower, self.upper)
-        highest = np.minimum(self.velocity, np.sqrt(2 * self.brake * (self.upper - q)))
-        lowest = -np.minimum(self.velocity, np.sqrt(2 * self.brake * (q - self.lower)))
+        highest = np.minimum(self.fastest, np.sqrt(2 * self.brake * (self.upper - q)))
+        lowest = -np.minimum(self.fastest, np.sqrt(2 * self.brake * (q - self.lower)))
         share = np.clip(generator.uniform(-0.5, 1.5, COUNT), 0.0, 1.0)
         return q, lowest + share * (highest - lowest)
 
@@ -70,6 +71,13 @@ def test_largest_allowed_acceleration_held_for_long_stops_at_the_end():
         assert q <= 1.0 + 1e-12
     assert q == pytest.approx(1.0, abs=1e-4)
     assert abs(v) <= BRAKING_SHARE * 8.0 * period
+
+
+def test_a_joint_that_is_pressed_on_keeps_room_below_its_velocity_limit():
+    v = 0.0
+    for _ in range(2000):
+        v += 0.001 * largest_acceleration(10.0, v, 2.0, 8.0, 0.001)
+    assert v == pytest.approx(SPEED_SHARE * 2.0)
 
 
 def test_a_joint_pushed_beyond_its_limit_is_back_within_a_fifth_of_a_second():

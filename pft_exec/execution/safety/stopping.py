@@ -28,7 +28,7 @@ def stop(loop: ControlLoop, reason: str) -> None:
     """Log why, and hold the arm in damped gravity compensation until it rests.
 
     A joint near its velocity limit is braked the more firmly: others that come to rest would speed it up. Joints whose
-    speed is not seen are not damped: a believed speed would be a push. Where none is seen at all, no
+    speed is not seen are held up, no more: a believed state would be a push. Where none is seen at all, no
     controller can keep the arm slow: once the motors have held its weight for `BLIND_TIME`, the drives go on with that
     torque and brake by themselves, as dry friction does and within the motors' limits, until `BRAKE_TIME` is over.
 
@@ -50,8 +50,9 @@ def stop(loop: ControlLoop, reason: str) -> None:
             moved = loop.time
         if loop.arm is not floating.arm:
             floating.carry(loop.arm)
-        seen = np.where(loop.guard.unseen, 0.0, v)
-        command = floating.update(loop.time, q, seen, f"stopped: {reason}")
+        unseen = loop.guard.unseen
+        seen = np.where(unseen, 0.0, v)
+        command = floating.update(loop.time, q, seen, f"stopped: {reason}", unseen)
         firm = command.torque - racing_brake(loop.arm, q, seen, loop.world.control_period)
         command = replace(command, torque=np.clip(firm, -loop.arm.limits.torque, loop.arm.limits.torque))
         loop.apply(command, Stage.STOPPED, perf_counter() - started)
@@ -64,6 +65,6 @@ def _brake(loop: ControlLoop, floating: GravityCompensation, reason: str) -> Non
     begin = loop.time
     while loop.time - begin < BRAKE_TIME:
         started = perf_counter()
-        q, _ = loop.sense()
-        command = floating.update(loop.time, q, np.zeros_like(q), f"braked: {reason}")
+        q, v = loop.sense()
+        command = floating.update(loop.time, q, v, f"braked: {reason}", np.full_like(q, True, dtype=bool))
         loop.apply(replace(command, torque=loop.world.torque(loop.name)), Stage.STOPPED, perf_counter() - started)
