@@ -36,6 +36,7 @@ from pft_exec.control.reference import JointReference, Reference, holding, joine
 from pft_exec.control.rolling_trajectory import RollingTrajectory, SmoothTube, TakenUp, smooth_tube
 from pft_exec.control.solvers import Solver, load_solver
 from pft_exec.control.tracking import TrackingController
+from pft_exec.control.tube_metric import TubeMetric
 
 __all__ = [
     "Avoidance",
@@ -55,6 +56,7 @@ __all__ = [
     "Solver",
     "TakenUp",
     "TrackingController",
+    "TubeMetric",
     "acceleration_bounds",
     "assemble",
     "compute_compliance",

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from pft_exec.control import Compliance, RollingTrajectory, compute_compliance, smooth_tube
+from pft_exec.control import Compliance, RollingTrajectory, TubeMetric, compute_compliance, smooth_tube
 from pft_exec.demonstration import Scene
 from pft_exec.exceptions import MissingObjectError
 from pft_exec.execution.control_loop import ControlLoop
@@ -47,6 +47,7 @@ class Candidate:
         self.label = tube.label
         self.tube = tube
         self.compliance: Compliance = compute_compliance(in_base, softness)
+        self.metric = TubeMetric(in_base)
         self._loop = loop
         self._smooth = smooth_tube(in_base, loop.arm.forward(loop.sense()[0]).quaternion)
         self._path: RollingTrajectory | None = None

@@ -207,7 +207,11 @@ def _planned(
     path = candidate.path(phase)
     trajectory = TakenUp(path, candidate.tube_time(phase), *clock)
     limits = replace(loop.arm.limits, velocity=SPEED_SHARE * loop.arm.limits.velocity)
-    transition = plan_transition(state, lambda t: _state(trajectory.at(t)), limits)
+
+    def deviation(time: float, configuration: Array) -> tuple[Array, Array]:
+        return candidate.metric.deviation(loop.arm, trajectory.at(time), configuration)
+
+    transition = plan_transition(state, lambda t: _state(trajectory.at(t)), limits, deviation=deviation)
     reason = beyond_reach(path, candidate.label, loop.name) or ("" if transition.found else transition.reason)
     return Takeover(trajectory, transition, candidate, phase, reason)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import ruckig
@@ -29,6 +30,15 @@ _HORIZON = 0.6  # s over which the target is looked at before the duration is kn
 _SAMPLES = 16
 _LOOKS = 3
 _ROUNDING = 1.0 + 1e-6
+
+
+class Plan(Protocol):
+    """A transition: how long it takes, s, and where the joints then are."""
+
+    @property
+    def duration(self) -> float: ...
+
+    def at(self, time: float) -> JointState: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +77,7 @@ def plan_offset(state: JointState, target: Target, limits: JointLimits, longest:
     """
     for margin in MARGINS:
         plan = _planned(state, target, limits, longest, margin)
-        if plan is not None and _keeps_limits(plan, limits):
+        if plan is not None and keeps_limits(plan, limits):
             return plan
     return None
 
@@ -90,9 +100,9 @@ def _planned(
     return None
 
 
-def _sampled(state_at: Target, horizon: float) -> JointState:
+def _sampled(state_at: Target, horizon: float, count: int = _SAMPLES) -> JointState:
     """States (S, n) at even times from now to a horizon, s."""
-    states = [state_at(float(time)) for time in np.linspace(0.0, horizon, _SAMPLES)]
+    states = [state_at(float(time)) for time in np.linspace(0.0, horizon, count)]
     return np.array([s[0] for s in states]), np.array([s[1] for s in states]), np.array([s[2] for s in states])
 
 
@@ -124,12 +134,12 @@ def _left(limit: Array, used: Array, margin: float) -> Array:
     return left
 
 
-def _keeps_limits(plan: OffsetPlan, limits: JointLimits) -> bool:
+def keeps_limits(plan: Plan, limits: JointLimits, looks: int = _SAMPLES) -> bool:
     """Whether positions, velocities, accelerations and jerks of the sum keep their limits, where they are looked at."""
     if plan.duration <= 0.0:
         return True
-    step = plan.duration / (_SAMPLES - 1)
-    q, v, a = _sampled(plan.at, plan.duration)
+    step = plan.duration / (looks - 1)
+    q, v, a = _sampled(plan.at, plan.duration, looks)
     lower, upper = np.minimum(limits.lower, q[[0, -1]].min(axis=0)), np.maximum(limits.upper, q[[0, -1]].max(axis=0))
     moved = np.abs(np.diff(q, axis=0)) / step
     jerk = np.abs(np.diff(a, axis=0)) / step

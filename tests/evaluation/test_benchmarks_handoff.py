@@ -19,13 +19,14 @@ def tables():
 
 
 def test_every_state_joins_its_tube_without_a_jump_and_switching_directly_jumps(tables):
-    planned, direct = tables[0]
+    planned, alone, direct = tables[0]
     assert planned["found %"] == 100.0
     assert planned["p99"] <= 0.7
     assert planned["jump rad"] <= 1e-6
     assert planned["jump rad/s"] <= 1e-6
     assert planned["jump rad/s2 / (jerk x period)"] <= 1.0
-    assert planned["Mahalanobis rise, p99"] <= 0.3
+    assert planned["Mahalanobis rise, largest"] <= 0.3
+    assert planned["Mahalanobis rise, largest"] <= alone["Mahalanobis rise, largest"]
     assert direct["jump rad"] > 0.05
 
 

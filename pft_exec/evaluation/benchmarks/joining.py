@@ -6,7 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pft_exec.control import Compliance, RollingTrajectory, SmoothTube, TakenUp, compute_compliance, smooth_tube
+from pft_exec.control import (
+    Compliance,
+    RollingTrajectory,
+    SmoothTube,
+    TakenUp,
+    TubeMetric,
+    compute_compliance,
+    smooth_tube,
+)
 from pft_exec.demonstration.synthetic import human_path
 from pft_exec.exceptions import PFTError
 from pft_exec.geometry import Array, Pose, multiply, quaternion_from_rotation_vector
@@ -36,14 +44,17 @@ class Place:
     compliance : Compliance
     path : RollingTrajectory
         Known to its end.
+    metric : TubeMetric
+        By which transitions are planned.
     precision : (N, 6, 6)
-        Of the tube, m and rad.
+        Of the tube, m and rad, by which they are judged.
     """
 
     tube: FlowTube
     smooth: SmoothTube
     compliance: Compliance
     path: RollingTrajectory
+    metric: TubeMetric
     precision: Array
 
 
@@ -81,7 +92,7 @@ def random_place(arm: Arm, rng: np.random.Generator) -> Place | None:
     if rolling.position_error > 1e-4 or rolling.highest_rate < SPEEDS[1]:
         return None
     precision: Array = np.linalg.inv(tube.covariance).astype(float)
-    return Place(tube, rolling.tube, compute_compliance(tube), rolling, precision)
+    return Place(tube, rolling.tube, compute_compliance(tube), rolling, TubeMetric(tube), precision)
 
 
 def _deviation(rng: np.random.Generator) -> Array:

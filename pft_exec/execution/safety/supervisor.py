@@ -12,18 +12,14 @@ rate of the reference falls linearly from one to zero: pushed off, the motion wa
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_left
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from pft_exec.control import Command
+from pft_exec.control import Command, TubeMetric
 from pft_exec.execution.log import LogRecorder
 from pft_exec.execution.pursuit import GO_ON, Instant, Verdict
 from pft_exec.execution.safety.plausibility import COAST_TIME, StateGuard
-from pft_exec.geometry import Array
 from pft_exec.learning.flow_tube import FlowTube
 
 FLOOR = (0.01, 0.1)
@@ -75,7 +71,7 @@ class SafetySupervisor:
     """
 
     def __init__(self, tube: FlowTube, guard: StateGuard, period: float, log: LogRecorder) -> None:
-        self._distance = tube_distance(tube)
+        self._metric = TubeMetric(tube, FLOOR, UNTAUGHT_ROTATION)
         self._guard, self._period, self._log = guard, period, log
         self._failing, self._saturated, self._off = Duration(), Duration(), Duration()
         self._is_slow, self._slow_until = False, 0.0
@@ -112,7 +108,7 @@ class SafetySupervisor:
     def _judge_distance(self, command: Command) -> Verdict:
         if command.fallback:
             return GO_ON  # it has no reference to be away from
-        self.distance = self._distance(command.phase, command.error)
+        self.distance = self._metric.distance(command.phase, command.error)
         rate = min(max((FAR - self.distance) / (FAR - NEAR), 0.0), 1.0)
         lasting = self._off.update(rate <= 0.0, self._period)
         if rate >= 1.0:
@@ -141,22 +137,3 @@ class SafetySupervisor:
         elif self._is_slow and verdict.rate == 1.0 and time >= self._slow_until:
             self._log.event(time, "resume", "what slowed the motion down is over")
             self._is_slow = False
-
-
-def tube_distance(tube: FlowTube) -> Callable[[float, Array], float]:
-    """Mahalanobis distance of an error (6,) of the tool, m and rad, from a tube (base frame) at a phase.
-
-    The error is (position in base axes; rotation vector in the tool frame), as in a tube's covariance.
-    """
-    size = tube.covariance.shape[-1]
-    covariance = np.zeros((len(tube), 6, 6))
-    covariance[:, range(3, 6), range(3, 6)] = UNTAUGHT_ROTATION**2
-    covariance[:, :size, :size] = tube.covariance
-    precision = list(np.linalg.inv(covariance + np.diag(np.repeat(np.square(FLOOR), 3))))
-    phases: list[float] = tube.phase.tolist()
-
-    def distance(phase: float, error: Array) -> float:
-        place = min(bisect_left(phases, phase), len(phases) - 1)
-        return math.sqrt(max(float(error.dot(precision[place]).dot(error)), 0.0))
-
-    return distance

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pft_exec.control import Command
+from pft_exec.control import Command, TubeMetric
 from pft_exec.execution.log import LogRecorder, Stage
 from pft_exec.execution.pursuit import Instant
 from pft_exec.execution.safety.plausibility import StateGuard
@@ -20,8 +20,8 @@ from pft_exec.execution.safety.supervisor import (
     OFF_TIME,
     QUIET_TIME,
     SATURATED_RATE,
+    UNTAUGHT_ROTATION,
     SafetySupervisor,
-    tube_distance,
 )
 from pft_exec.learning.flow_tube import FlowTube
 from pft_exec.model import load_robot
@@ -90,7 +90,7 @@ def test_nothing_wrong_goes_on(run: Run) -> None:
 
 
 def test_the_distance_is_that_of_mahalanobis_with_a_floor(tube: FlowTube) -> None:
-    distance = tube_distance(tube)
+    distance = TubeMetric(tube, FLOOR, UNTAUGHT_ROTATION).distance
     for axis, deviation in (
         (0, np.hypot(0.005, FLOOR[0])),
         (1, np.hypot(0.05, FLOOR[0])),
