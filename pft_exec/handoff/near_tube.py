@@ -33,7 +33,7 @@ Deviation = Callable[[float, Array], tuple[Array, Array]]
 """From time since now, s, and configuration (n,), rad, to the tool's error from the target's in deviations of the tube
 (6,), and its derivative (6, n), 1/rad."""
 
-RISE = 0.2
+RISE = 0.05
 """Deviations of the tube by which a transition may rise above its start before another is looked for."""
 SHARE, TIGHTER = 0.97, 0.95
 """Of each limit at the ends of the pieces, and by how much less where the sum then uses too much between them."""
@@ -179,7 +179,7 @@ class _Program:
         return moved
 
     def solve(self, z: Array, dz: Array, offset: Array) -> Array | None:
-        """Jerks (N, n) for deviations (N, 6), derivatives (N, 6, n) at offsets (N + 1, n); None where there are none."""
+        """Jerks (N, n) for deviations (N, 6), derivatives (N, 6, n) at offsets (N + 1, n); None where none do."""
         n, unknowns = self._count, self._count * _PIECES
         reach = self._forced[:-1, 0]  # (N, N)
         slopes = np.einsum("kin,km->kinm", dz, reach).reshape(_PIECES, 6, unknowns)  # joint by joint

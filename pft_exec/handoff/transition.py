@@ -5,8 +5,8 @@ target has on arrival, velocity and acceleration included. It is planned in the 
 (`pft_exec.handoff.moving_frame`); where the target leaves too little of the limits for that, between two absolute
 states: the time of arrival T is the shortest that suffices, tried every 50 ms, then halved down to below a millisecond,
 and then asked for exactly. Where that is slow, or would move the tool away from its tube first, another is looked for
-(`pft_exec.handoff.near_tube`). A plan is never chased from period to period: that lags behind by 18 mrad and jerks all the
-time (measured).
+(`pft_exec.handoff.near_tube`). A plan is never chased from period to period: that lags behind by 18 mrad and jerks all
+the time (measured).
 """
 
 from __future__ import annotations
