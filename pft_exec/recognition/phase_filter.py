@@ -108,6 +108,7 @@ class PhaseFilter:
             model.offset, model.length, self._mean, model.white, model.gain, model.turned, model.left,
             model.signals.mean, model.signals.scale, model.steps, model.change, model.idle, model.tick,
             row, signals, heard, log_scale, said, size, model.freedom, elapsed, weight, self._settings.negligible,
+            self._settings.placing,
             self._state, self._mass, self._spare, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]

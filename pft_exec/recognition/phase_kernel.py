@@ -14,7 +14,7 @@ from numba import njit
 from pft_exec.recognition.elementary import exponentiate, take_logarithm
 
 REACH = 5  # the most steps in one tick
-ROWS = 5  # of spare room: slower, mixed (between `REACH` zeros), score, spent, and for the logarithm
+ROWS = 6  # of spare room: slower, mixed (between `REACH` zeros), score, spent, for the logarithm, likely
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -191,15 +191,31 @@ def _weigh(mass, spent, log_scale, extra, weight, negligible, score, spare):  # 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def _sum_up(mass, spent, log_scale, extra, left):  # type: ignore[no-untyped-def]
-    """Mass, and sums weighted by it: steps from the window's begin, time left, cost of the distance, log density."""
-    total, phase, remaining, distance, density = 0.0, 0.0, 0.0, 0.0, 0.0
+    """Mass, and sums weighted by it: steps from the window's begin, time left, log density."""
+    total, phase, remaining, density = 0.0, 0.0, 0.0, 0.0
     for k in range(len(mass)):
         total += mass[k]
         phase += mass[k] * k
         remaining += mass[k] * left[k]
-        distance += mass[k] * spent[k]
-        density += mass[k] * (log_scale[k] + extra[k])
-    return total, phase, remaining, distance, density - distance
+        density += mass[k] * (log_scale[k] + extra[k] - spent[k])
+    return total, phase, remaining, density
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _distance(mass, spent, log_scale, extra, placing, likely, spare):  # type: ignore[no-untyped-def]
+    """Mean cost of the distance over the phases where the hand is, of which the sample itself says `placing`."""
+    top, total, distance = -1e300, 0.0, 0.0
+    for k in range(len(mass)):
+        likely[k] = placing * (log_scale[k] + extra[k] - spent[k])
+    for k in range(len(mass)):
+        top = max(top, likely[k] if mass[k] > 0.0 else -1e300)
+    for k in range(len(mass)):
+        likely[k] = min(likely[k] - top, 0.0)
+    exponentiate(likely, spare)
+    for k in range(len(mass)):
+        total += mass[k] * likely[k]
+        distance += mass[k] * likely[k] * spent[k]
+    return distance / total
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -227,7 +243,7 @@ def _possible(mass, low, high):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def filter_sample(  # type: ignore[no-untyped-def]
     offset, length, mean, white, gain, turned, left, signal_mean, signal_scale, steps, change, idle, tick,
-    sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible,
+    sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible, placing,
     state, whole, spare, pending, low, high, out,
 ):  # fmt: skip
     """Filter one sample through every component.
@@ -248,13 +264,12 @@ def filter_sample(  # type: ignore[no-untyped-def]
         _square(begin, end, sample, mean, white, gain, turned, signals, heard, signal_mean, signal_scale, spent)
         _spend(spent, freedom[j], 0.5 * (freedom[j] + size), room)
         top = _weigh(mass, spent, log_scale[begin:end], extra[begin:end], weight, negligible, score, room)
-        total, phase, remaining, distance, density = _sum_up(
-            mass, spent, log_scale[begin:end], extra[begin:end], left[begin:end]
-        )
+        total, phase, remaining, density = _sum_up(mass, spent, log_scale[begin:end], extra[begin:end], left[begin:end])
         _condition(state, begin, end, score, 1.0 / total)
         out[0, j] = top + np.log(total)
         out[1, j] = min((low[j] + phase / total) / max(count - 1, 1), 1.0)
         out[2, j] = remaining / total
-        out[3, j] = distance / total
+        likely = spare[5, : end - begin]
+        out[3, j] = _distance(mass, spent, log_scale[begin:end], extra[begin:end], placing, likely, room)
         out[4, j] = density / total
         low[j], high[j] = _possible(mass, low[j], high[j])

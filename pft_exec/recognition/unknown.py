@@ -18,7 +18,9 @@ from pft_exec.recognition.settings import PhaseSettings
 
 _POOLED = 2.0  # demonstrations that the library's mean counts for in a motion's own value
 _LEAST_DEVIATION = 0.25  # of the logarithm of a known motion's strangeness
-_USUAL = 0.5  # logarithm of how much stranger a new motion is than one that the tube was aligned to; people: 0.3 to 0.7
+_USUAL = (
+    0.43  # logarithm of how much stranger a new motion is than one that the tube was aligned to; people: 0.3 to 0.7
+)
 _MARGIN = 1.5  # of those deviations from a usual motion to the threshold
 _STEEPNESS = 0.5  # of them, over which known turns to unknown
 _PRESENT = 0.2  # that the present sample is worth; with more, the last sample of a known hand looks strange

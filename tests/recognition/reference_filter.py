@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from pft_exec.recognition.settings import DEFAULT_SETTINGS
+
 
 class ReferenceFilter:
     """The same sums as `pft_exec.recognition.phase_kernel`, without dropping negligible states."""
 
-    def __init__(self, model):
+    def __init__(self, model, settings=DEFAULT_SETTINGS):
         self.model = model
+        self.placing = settings.placing
         self.parts = [slice(o, o + n) for o, n in zip(model.offset, model.length, strict=True)]
         self.state = [np.zeros((len(model.prior), n)) for n in model.length]
         for state in self.state:
@@ -57,7 +60,9 @@ class ReferenceFilter:
         self.state[j] = joint / total
         mass = self.state[j].sum(axis=0)
         steps = np.arange(len(mass))
-        return np.log(total), mass @ steps / (len(mass) - 1), mass @ model.left[part], mass @ spent, mass @ density
+        likely = mass * np.exp(self.placing * density)
+        distance = likely @ spent / likely.sum()
+        return np.log(total), mass @ steps / (len(mass) - 1), mass @ model.left[part], distance, mass @ density
 
     def squares(self, part, row):
         model = self.model

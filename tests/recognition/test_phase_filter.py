@@ -104,6 +104,19 @@ def test_other_paces_are_ordinary(pace):
     assert beliefs[-1].time_to_completion["1"] == pytest.approx(0.3 * 2.0 / pace, rel=0.4)
 
 
+@pytest.mark.parametrize("pace", [0.4, 2.5])
+def test_a_person_whose_phase_is_found_late_is_less_strange_for_where_the_hand_is(pace):
+    """Less strange by a tenth in the odds at least, and a hand beside the tube is nearly as strange as it was."""
+
+    def odds(placing, bend, pace):
+        recognizer = OnlineRecognizer(star(), settings=PhaseSettings(placing=placing))
+        unknown = stream(recognizer, star()[1], pace=pace, until=0.5, bend=(0.0, 0.0, bend))[-1].unknown
+        return unknown / (1.0 - unknown)
+
+    assert odds(0.05, 0.006, pace) < 0.9 * odds(0.0, 0.006, pace)
+    assert odds(0.05, 0.1, 1.0) > 0.95 * odds(0.0, 0.1, 1.0)
+
+
 def test_a_slow_hand_counts_for_no_more_than_a_quick_one():
     """Evidence at the end of a motion and the direction on the way, once the tempo is known."""
     tubes, weights, headings = star(), [], []
