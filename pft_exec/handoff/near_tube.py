@@ -170,8 +170,11 @@ class _Program:
         room = np.maximum(share * np.stack([limits.velocity, limits.acceleration]), np.abs(target[1:, 1:]))
         upper = [share * limits.jerk - own.max(axis=1), highest - used[0], *(room.swapaxes(0, 1) - used[1:])]
         lower = [-share * limits.jerk - own.min(axis=1), lowest - used[0], *(-room.swapaxes(0, 1) - used[1:])]
-        self._lower, self._upper = np.concatenate(lower), np.concatenate(upper)  # (4 N, n)
-        self._rows = np.concatenate([np.eye(_PIECES), *self._forced[1:].swapaxes(0, 1)])  # (4 N, N)
+        goal = -self._free[-1]  # (3, n): at rest at zero
+        self._lower, self._upper = (np.concatenate([*bounds, goal]).T.ravel() for bounds in (lower, upper))
+        own_rows = np.concatenate([np.eye(_PIECES), *self._forced[1:].swapaxes(0, 1), self._forced[-1]])  # (4 N + 3, N)
+        self._rows = np.hstack([np.kron(np.eye(self._count), own_rows), np.zeros((len(self._lower), 1))])
+        self._sense = np.tile(np.repeat([0, _EQUALITY], [4 * _PIECES, 3]), self._count)
 
     def states(self, jerk: Array) -> Array:
         """Offsets, velocities and accelerations (N + 1, 3, n) that jerks (N, n) lead to."""
@@ -194,19 +197,10 @@ class _Program:
         direction = z / np.maximum(distance, 1e-9)[:, None]
         rising = np.hstack([np.einsum("ki,kiu->ku", direction, slopes), -np.ones((_PIECES, 1))])
         highest = distance[0] - np.sum(direction * constant, axis=1)
-        kept = np.zeros((n * len(self._rows), unknowns + 1))
-        rest = np.zeros((3 * n, unknowns + 1))
-        for joint in range(n):
-            own = slice(joint * _PIECES, (joint + 1) * _PIECES)
-            kept[joint * len(self._rows) : (joint + 1) * len(self._rows), own] = self._rows
-            rest[3 * joint : 3 * joint + 3, own] = self._forced[-1]
-        goal = -self._free[-1].T.ravel()
-        positive = np.eye(unknowns + 1)[-1:]
-        G = np.vstack([kept, rest, rising, positive])
-        upper = np.concatenate([self._upper.T.ravel(), goal, highest, [np.inf]])
-        lower = np.concatenate([self._lower.T.ravel(), goal, np.full(_PIECES, -np.inf), [0.0]])
-        sense = np.zeros(len(G), dtype=np.intc)
-        sense[len(kept) : len(kept) + len(rest)] = _EQUALITY
+        G = np.vstack([self._rows, rising, np.eye(unknowns + 1)[-1:]])  # the last: s is not negative
+        upper = np.concatenate([self._upper, highest, [np.inf]])
+        lower = np.concatenate([self._lower, np.full(_PIECES, -np.inf), [0.0]])
+        sense = np.concatenate([self._sense, np.zeros(_PIECES + 1)]).astype(np.intc)
         x, _, flag, _ = daqp.solve(H, c, G, upper, lower, sense)
         if flag != _SOLVED or not np.isfinite(x).all():
             return None
