@@ -25,6 +25,7 @@ def project(tmp_path: Path) -> Path:
     shutil.copytree(ROOT / "scripts", tmp_path / "scripts")
     for name in (*LOCKS, "pyproject.toml"):
         shutil.copy(ROOT / name, tmp_path / name)
+    (tmp_path / "pft_exec").mkdir()
     for name in ("python", "pft-exec"):
         stand_in = tmp_path / ".venv" / "bin" / name
         stand_in.parent.mkdir(parents=True, exist_ok=True)
@@ -54,6 +55,19 @@ def test_setting_up_installs_the_lock_then_the_project_without_dependencies(proj
     assert len(installs) == 2
     assert installs[0].endswith("--requirement requirements.lock")
     assert installs[1].endswith("--no-deps --editable .")
+
+
+def test_compiled_kernels_are_forgotten_once_after_any_change(project: Path) -> None:
+    source, kernel = project / "pft_exec" / "limits.py", project / "pft_exec" / "kernel.nbi"
+    source.write_text("")
+    calls(project, "setup")
+    kernel.write_text("")
+    calls(project, "setup")
+    assert kernel.exists()
+    later = (project / ".venv" / "compiled-since").stat().st_mtime + 1.0
+    os.utime(source, (later, later))
+    calls(project, "setup")
+    assert not kernel.exists()
 
 
 def test_a_second_time_nothing_is_installed(project: Path) -> None:
