@@ -85,6 +85,22 @@ def test_circles_turn_as_they_are_named(label: str, sign: float) -> None:
         assert sign * area > 1.0
 
 
+@pytest.mark.parametrize("label", ["anchor x, o", "anchor o, x"])
+def test_anchors_are_laid_round_both_places(label: str) -> None:
+    """Most of them: people are careless, but not blind."""
+    rng = np.random.default_rng(7)
+    paths = [perform(label, fixed_scene(), rng).position[:, :2] for _ in range(200)]
+    around = [min(_turns(path, place) for place in (X, O)) > 0.5 for path in paths]
+    assert np.mean(around) > 0.85
+
+
+def _turns(path: np.ndarray, place: np.ndarray) -> float:
+    """How often a path (N, 2) goes round a place (2,), counter-clockwise."""
+    x, y = (path - place).T
+    angle = np.unwrap(np.arctan2(y, x))
+    return float(angle[-1] - angle[0]) / (2.0 * np.pi)
+
+
 def test_a_carried_box_goes_with_the_hand() -> None:
     trial = perform("to bin", fixed_scene(), np.random.default_rng(6))
     offset = trial.objects["box"][:, :3] - trial.position

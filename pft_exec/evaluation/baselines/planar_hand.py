@@ -5,7 +5,7 @@ them here again. What is of chance in a trial stands in one vector:
 
 ==================  ====================================================================================
 0                   pace, cut off at 1.5 standard deviations
-1, 2                bow and S sideways of the way from the first waypoint to the last
+1, 2                bow and S of a straight motion
 3, 4                where a pause is, and how long it lasts, each even in [0, 1]
 5, 6, ...           the waypoints, in the order in which they are drawn: see `lay_waypoints`
 ==================  ====================================================================================
@@ -77,11 +77,10 @@ def _minimum_jerk(u):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _time_moves(points, count, overlap, pace, onsets, spans):  # type: ignore[no-untyped-def]
-    """Write when each submovement begins and how long it lasts, s; returns length of the way and duration."""
-    moves, way, clock = count - 1, 0.0, 0.0
+    """Write when each submovement begins and how long it lasts, s; returns the duration."""
+    moves, clock = count - 1, 0.0
     for k in range(moves):
         length = np.sqrt((points[k + 1, 0] - points[k, 0]) ** 2 + (points[k + 1, 1] - points[k, 1]) ** 2)
-        way += length
         spans[k] = pace * (0.4 / moves + 0.25 * length)
     early = 0.0
     for k in range(moves):
@@ -90,7 +89,7 @@ def _time_moves(points, count, overlap, pace, onsets, spans):  # type: ignore[no
         onsets[k], spans[k] = clock - 0.5 * early, duration + 0.5 * (early + late)
         clock += duration
         early = late
-    return way, clock
+    return clock
 
 
 @njit(cache=True, error_model="numpy")
@@ -111,11 +110,11 @@ def place_hand(kind, start, places, scatter, style, pausing, z, time, path):  # 
     points, onsets, spans = np.empty((1 + 2 * _CORNERS, 2)), np.empty(2 * _CORNERS), np.empty(2 * _CORNERS)
     count = lay_waypoints(kind, start, places, scatter, z[SHARED:], points)
     pace = np.exp(style[2] * min(max(z[0], -1.5), 1.5))
-    way, over = _time_moves(points, count, style[0], pace, onsets, spans)
+    over = _time_moves(points, count, style[0], pace, onsets, spans)
     cost = style[3] + z[4] * (style[4] - style[3]) if pausing else 0.0
     pause_at = (0.3 + 0.4 * z[3]) * over + 0.5 * cost
     dx, dy = points[count - 1, 0] - points[0, 0], points[count - 1, 1] - points[0, 1]
-    sideways = style[1] * way / np.sqrt(dx * dx + dy * dy)
+    bowed = style[1] if count == 2 else 0.0
     done = 0
     for t in range(len(time)):
         wall = min(time[t], over + cost)
@@ -130,7 +129,7 @@ def place_hand(kind, start, places, scatter, style, pausing, z, time, path):  # 
             x += share * (points[k + 1, 0] - points[k, 0])
             y += share * (points[k + 1, 1] - points[k, 1])
         phase = np.pi * _minimum_jerk(own / over)
-        bow = sideways * (z[1] * np.sin(phase) + 0.5 * z[2] * np.sin(2.0 * phase))
+        bow = bowed * (z[1] * np.sin(phase) + 0.5 * z[2] * np.sin(2.0 * phase))
         path[t, 0], path[t, 1] = x - bow * dy, y + bow * dx
         ratio = wall / (over + cost)
         path[t, 2] = _minimum_jerk(ratio / 0.15) * _minimum_jerk((1.0 - ratio) / 0.15)
