@@ -12,7 +12,9 @@ The integral of r^2 is the filter's evidence, 1 / (2 c) being `PhaseSettings.evi
 direction to say. What the sum over samples leaves out is the boundary: the present sample counts half an observation of
 its own. It does not add up; each sample makes it anew. Left out, a hand that has just gone another way is believed on
 the old one for as long as the sum remembers. At the other boundary every tube is where the hand is, so that the
-present counts the less, the less was seen since.
+present counts the less, the less was seen since. The present speed belongs to the same observation (see `speed`): place
+and speed must suit one phase together, so that a hand which has stopped at a motion's end is not asked how usual a rest
+is at the phases where a tube of another tempo would be by now.
 
 A person's tempo, how fast they are beside the tubes, is their own: it is estimated on the way, from the time that the
 likely motions would have taken to where they are. The direction of motion is taken over a window, and evidence is
@@ -33,7 +35,6 @@ from pft_exec.recognition.phase_kernel import REACH, ROWS, filter_sample
 from pft_exec.recognition.phase_model import PhaseModel, build_phase_model
 from pft_exec.recognition.scores import Sample, Scores
 from pft_exec.recognition.settings import DEFAULT_SETTINGS, PhaseSettings
-from pft_exec.recognition.speed import weigh_presence
 
 _REMEMBERED = 16  # combinations of channels whose normalizers are kept
 
@@ -59,17 +60,15 @@ class PhaseFilter:
         self._far = np.zeros(len(model.labels))
         self._weight = self._watched = 0.0
         self._state[:, model.offset] = model.prior[:, None]
-        self._mass[model.offset] = 1.0
 
     def _adopt(self, model: PhaseModel) -> None:
         """Make room for a model's states; nothing is in them yet."""
         steps, rates, components = len(model.left), len(model.prior), len(model.tube)
         self.model = model
-        self._state, self._mass = np.zeros((rates, steps)), np.zeros(steps)
+        self._state = np.zeros((rates, steps))
         self._spare = np.zeros((ROWS, int(model.length.max()) + 2 * REACH))
         self._zeros = np.zeros(steps)
         self._lean(np.zeros((components, 3)))
-        self._presence = np.zeros(components)
         self._pending = np.zeros(components)
         self._low, self._high = np.zeros(components, np.int64), np.zeros(components, np.int64)
         self._out = np.zeros((5, components))
@@ -107,9 +106,9 @@ class PhaseFilter:
         filter_sample(
             model.offset, model.length, self._mean, model.white, model.gain, model.turned, model.left,
             model.signals.mean, model.signals.scale, model.steps, model.change, model.idle, model.tick,
-            row, signals, heard, log_scale, said, size, model.freedom, elapsed, weight, self._settings.negligible,
-            self._settings.placing,
-            self._state, self._mass, self._spare, self._pending, self._low, self._high, self._out,
+            row, signals, heard, log_scale, said, model.speeds.at(self._clock.direction), size, model.freedom, elapsed,
+            weight, self._settings.negligible, self._settings.placing, self._worth_of_present(),
+            self._state, self._spare, self._pending, self._low, self._high, self._out,
         )  # fmt: skip
         self._evidence += self._out[0]
         self._far = self._out[3, : len(model.labels)] / size
@@ -153,9 +152,7 @@ class PhaseFilter:
     def scores(self) -> Scores:
         """What the samples so far say."""
         model, count = self.model, len(self.model.labels)
-        density = model.speeds.at(self._clock.direction)
-        weigh_presence(model.offset, self._low, self._high, self._mass, density, self._presence)
-        evidence = self._evidence + self._presence + self._worth_of_present() * self._out[4]
+        evidence = self._evidence + self._out[4]
         likelihood = evidence[:count]
         if len(evidence) > count:
             likelihood = 0.5 * likelihood + 0.5 * self._mixture(evidence)
@@ -213,8 +210,7 @@ class PhaseFilter:
             self._pending[j], self._evidence[j] = pending[source], evidence[source]
             self._out[4, j] = said[source]
             sources.append(source)
-            mass = self._mass[first : first + length]
-            mass[:] = new.sum(axis=0)
+            mass = new.sum(axis=0)
             self._out[1, j] = np.arange(length) @ mass / max(int(length) - 1, 1)
             self._out[2, j] = self.model.left[first : first + length] @ mass
         self._lean(offset[sources])

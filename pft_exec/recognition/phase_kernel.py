@@ -14,7 +14,7 @@ from numba import njit
 from pft_exec.recognition.elementary import exponentiate, take_logarithm
 
 REACH = 5  # the most steps in one tick
-ROWS = 6  # of spare room: slower, mixed (between `REACH` zeros), score, spent, for the logarithm, likely
+ROWS = 7  # of spare room: slower, mixed (between `REACH` zeros), score, spent, for the logarithm, likely, mass
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -190,32 +190,40 @@ def _weigh(mass, spent, log_scale, extra, weight, negligible, score, spare):  # 
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _sum_up(mass, spent, log_scale, extra, left):  # type: ignore[no-untyped-def]
-    """Mass, and sums weighted by it: steps from the window's begin, time left, log density."""
-    total, phase, remaining, density = 0.0, 0.0, 0.0, 0.0
+def _sum_up(mass, left):  # type: ignore[no-untyped-def]
+    """Mass, and sums weighted by it: steps from the window's begin, time left."""
+    total, phase, remaining = 0.0, 0.0, 0.0
     for k in range(len(mass)):
         total += mass[k]
         phase += mass[k] * k
         remaining += mass[k] * left[k]
-        density += mass[k] * (log_scale[k] + extra[k] - spent[k])
-    return total, phase, remaining, density
+    return total, phase, remaining
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _distance(mass, spent, log_scale, extra, placing, likely, spare):  # type: ignore[no-untyped-def]
-    """Mean cost of the distance over the phases where the hand is, of which the sample itself says `placing`."""
-    top, total, distance = -1e300, 0.0, 0.0
+def _place(mass, spent, log_scale, extra, worth, likely, spare):  # type: ignore[no-untyped-def]
+    """Write where the hand is, the sample alone being `worth` so much, to `likely`. Returns the log of their unit."""
+    top = -1e300
     for k in range(len(mass)):
-        likely[k] = placing * (log_scale[k] + extra[k] - spent[k])
+        likely[k] = worth * (log_scale[k] + extra[k] - spent[k])
     for k in range(len(mass)):
         top = max(top, likely[k] if mass[k] > 0.0 else -1e300)
     for k in range(len(mass)):
         likely[k] = min(likely[k] - top, 0.0)
     exponentiate(likely, spare)
     for k in range(len(mass)):
-        total += mass[k] * likely[k]
-        distance += mass[k] * likely[k] * spent[k]
-    return distance / total
+        likely[k] *= mass[k]
+    return top
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _mean(likely, values):  # type: ignore[no-untyped-def]
+    """Mean of values over places, and the sum of their weights."""
+    total, weighted = 0.0, 0.0
+    for k in range(len(likely)):
+        total += likely[k]
+        weighted += likely[k] * values[k]
+    return weighted / total, total
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -243,13 +251,14 @@ def _possible(mass, low, high):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy")
 def filter_sample(  # type: ignore[no-untyped-def]
     offset, length, mean, white, gain, turned, left, signal_mean, signal_scale, steps, change, idle, tick,
-    sample, signals, heard, log_scale, extra, size, freedom, elapsed, weight, negligible, placing,
-    state, whole, spare, pending, low, high, out,
+    sample, signals, heard, log_scale, extra, speed, size, freedom, elapsed, weight, negligible, placing, present,
+    state, spare, pending, low, high, out,
 ):  # fmt: skip
     """Filter one sample through every component.
 
-    Into `whole` goes the mass of each phase, whatever the pace, within the window. Rows of `out`: log evidence, phase,
-    time left (s), mean distance, mean log density of the sample.
+    `speed` (S,) is the density of the present speed. Rows of `out`: log evidence, phase, time left (s), mean distance,
+    and what the sample says now: log of the mean, over where the hand may be, of its speed's density times its own to
+    the power `present`.
     """
     for j in range(len(offset)):
         first, count = offset[j], length[j]
@@ -259,17 +268,20 @@ def filter_sample(  # type: ignore[no-untyped-def]
         for _ in range(ticks):
             high[j] = _predict(state, first, count, low[j], high[j], steps[j], change[j], idle[j], spare)
         begin, end = first + low[j], first + high[j] + 1
-        mass, score, spent, room = whole[begin:end], spare[2, : end - begin], spare[3, : end - begin], spare[4]
+        mass, score, spent = spare[6, : end - begin], spare[2, : end - begin], spare[3, : end - begin]
+        likely, room, scale, said = spare[5, : end - begin], spare[4], log_scale[begin:end], extra[begin:end]
         _sum_rates(state, begin, end, mass)
         _square(begin, end, sample, mean, white, gain, turned, signals, heard, signal_mean, signal_scale, spent)
         _spend(spent, freedom[j], 0.5 * (freedom[j] + size), room)
-        top = _weigh(mass, spent, log_scale[begin:end], extra[begin:end], weight, negligible, score, room)
-        total, phase, remaining, density = _sum_up(mass, spent, log_scale[begin:end], extra[begin:end], left[begin:end])
+        top = _weigh(mass, spent, scale, said, weight, negligible, score, room)
+        total, phase, remaining = _sum_up(mass, left[begin:end])
         _condition(state, begin, end, score, 1.0 / total)
         out[0, j] = top + np.log(total)
         out[1, j] = min((low[j] + phase / total) / max(count - 1, 1), 1.0)
         out[2, j] = remaining / total
-        likely = spare[5, : end - begin]
-        out[3, j] = _distance(mass, spent, log_scale[begin:end], extra[begin:end], placing, likely, room)
-        out[4, j] = density / total
+        _place(mass, spent, scale, said, placing, likely, room)
+        out[3, j] = _mean(likely, spent)[0]
+        now = _place(mass, spent, scale, said, present, likely, room)
+        usual, weighed = _mean(likely, speed[begin:end])
+        out[4, j] = now + np.log(usual * weighed / total)
         low[j], high[j] = _possible(mass, low[j], high[j])

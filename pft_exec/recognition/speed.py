@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
@@ -113,16 +112,3 @@ def _coming_to_rest(levels: Array, speed: Array) -> Array:
     passed = levels[:, None] <= np.maximum(speed, levels[0])
     density: Array = passed / (passed.sum(axis=0) * (levels[1] - levels[0]))
     return density
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
-def weigh_presence(offset, low, high, mass, density, out):  # type: ignore[no-untyped-def]
-    """Log of the mean density (S,) over the phases where each component may be, of a mass (S,): into `out` (J,)."""
-    for j in range(len(offset)):
-        begin, end = offset[j] + low[j], offset[j] + high[j] + 1
-        now, row = density[begin:end], mass[begin:end]
-        total, seen = 0.0, 0.0
-        for k in range(len(now)):
-            total += row[k]
-            seen += row[k] * now[k]
-        out[j] = np.log(seen / total)

@@ -19,15 +19,15 @@ class ReferenceFilter:
             state[:, 0] = model.prior
         self.pending = np.zeros(len(self.parts))
 
-    def update(self, row, elapsed, weight):
-        """Log evidence, phase, time left, mean distance and mean log density of each component: (5, J)."""
+    def update(self, row, elapsed, weight, speed, present):
+        """Log evidence, phase, time left, mean distance and what the sample says now, of each component: (5, J)."""
         results = []
         for j, part in enumerate(self.parts):
             self.pending[j] += elapsed
             while self.pending[j] >= self.model.tick[j]:
                 self.pending[j] -= self.model.tick[j]
                 self.state[j] = self.predict(j)
-            results.append(self.correct(j, part, row, weight))
+            results.append(self.correct(j, part, row, weight, speed[part], present))
         return np.array(results).T
 
     def predict(self, j):
@@ -47,7 +47,7 @@ class ReferenceFilter:
                     after[r, min(i + s, count - 1)] += share * mixed[r, i]
         return after
 
-    def correct(self, j, part, row, weight):
+    def correct(self, j, part, row, weight, speed, present):
         model = self.model
         square = self.squares(part, row)
         turned = bool(np.any(row[6:]))
@@ -62,7 +62,8 @@ class ReferenceFilter:
         steps = np.arange(len(mass))
         likely = mass * np.exp(self.placing * density)
         distance = likely @ spent / likely.sum()
-        return np.log(total), mass @ steps / (len(mass) - 1), mass @ model.left[part], distance, mass @ density
+        now = np.log(mass @ (np.exp(present * density) * speed))
+        return np.log(total), mass @ steps / (len(mass) - 1), mass @ model.left[part], distance, now
 
     def squares(self, part, row):
         model = self.model

@@ -15,7 +15,7 @@ from tests.recognition.tubes import directions, line, star, stream
 @pytest.mark.parametrize("turn", [None, [0.0, 0.4, 0.2]])
 @pytest.mark.parametrize("spread_start", [9.0, -1.0])
 def test_the_kernel_equals_the_plain_sums(turn, spread_start):
-    """Evidence, phase, time left and distance of every component, also where the mixture over demonstrations is on."""
+    """Evidence, phase, time left, distance and present of each component, also with the mixture over demonstrations."""
     tubes = [*star(3, turn=turn), line("short", [0.3, 0.1, 0.0], steps=40, duration=1.0, turn=turn)]
     filtered = PhaseFilter(tubes, PhaseSettings(spread_start=spread_start, negligible=0.0))
     reference = ReferenceFilter(filtered.model)
@@ -26,7 +26,8 @@ def test_the_kernel_equals_the_plain_sums(turn, spread_start):
         elapsed = filtered._clock.clock - before
         before += elapsed
         weight = min(filtered.model.evidence_rate * elapsed * tempo, 1.0) if n else filtered.model.first_weight
-        expected = reference.update(filtered._sample, elapsed, weight)
+        now = filtered.model.speeds.at(filtered._clock.direction), filtered._worth_of_present()
+        expected = reference.update(filtered._sample, elapsed, weight, *now)
         np.testing.assert_allclose(filtered._out, expected, rtol=1e-9, atol=1e-9)
         time += float(rng.uniform(0.005, 0.06))
 
