@@ -16,7 +16,7 @@ from pft_exec.evaluation.planar import PEOPLE, SCENE_MOTIONS, VARYING_MOTIONS, X
 from pft_exec.geometry import Array
 
 # Of the normal draws of a trial, in their order, those that lay its waypoints, and how many the waypoints take in all.
-OWN_DRAWS = {GOAL: ((1,), 2), LEFT: ((1, 2), 3), LOOP: ((2, 3, 4), 5), ANCHOR: ((2, 3, *range(4, 12)), 12)}
+OWN_DRAWS = {GOAL: ((1,), 2), LEFT: ((1, 2), 3), LOOP: ((2, 3, 4), 5), ANCHOR: (tuple(range(2, 14)), 14)}
 KINDS = {
     "to bin": GOAL,
     "to x": GOAL,
@@ -49,7 +49,7 @@ class Recorded:
 def test_its_hand_is_that_of_the_people(label: str) -> None:
     """From the chances of a trial, drawn by `planar.perform` itself, to its positions; a third of the trials pauses."""
     people, style = replace(PEOPLE, tremor=0.0), PEOPLE.style
-    scatter = np.array([people.goal, people.reach, people.loop])
+    scatter = np.array([people.goal, people.reach, people.loop, people.bow])
     hand = np.array([style.overlap, style.bow, style.pace, *style.pause])
     which, taken = OWN_DRAWS[KINDS[label]]
     for seed in range(40):
@@ -57,7 +57,7 @@ def test_its_hand_is_that_of_the_people(label: str) -> None:
         trial = perform(label, scene, rng, people)  # type: ignore[arg-type]
         own = np.concatenate([np.ravel(rng.drawn[i]) for i in which])
         pace, bows, pause = rng.drawn[taken], rng.drawn[taken + 3][:, :2], rng.drawn[-1]
-        start, places, points = trial.position[0, :2], _places(label, trial), np.zeros((19, 2))
+        start, places, points = trial.position[0, :2], _places(label, trial), np.zeros((21, 2))
         count = lay_waypoints(KINDS[label], start, places, scatter, own, points)
         x, y = points[count - 1] - points[0]
         z = np.concatenate([[pace], bows @ [-y, x] / np.hypot(x, y), pause[1:], own])

@@ -94,7 +94,7 @@ class _Search:
         people, style = planar.PEOPLE, planar.PEOPLE.style
         self._seen = np.ascontiguousarray(demonstration.position[:, :2])
         self._time = demonstration.time - demonstration.time[0]
-        scatter = np.array([people.goal, people.reach, people.loop])
+        scatter = np.array([people.goal, people.reach, people.loop, people.bow])
         hand = np.array([style.overlap, style.bow, style.pace, *style.pause])
         self._trial = kind, self._seen[0].copy(), _places(label, demonstration), scatter, hand
         self._size = SHARED + OWN[kind]

@@ -5,7 +5,7 @@ them here again. What is of chance in a trial stands in one vector:
 
 ==================  ====================================================================================
 0                   pace, cut off at 1.5 standard deviations
-1, 2                bow and S of a straight motion
+1, 2                bow and S of a motion that is one straight leg
 3, 4                where a pause is, and how long it lasts, each even in [0, 1]
 5, 6, ...           the waypoints, in the order in which they are drawn: see `lay_waypoints`
 ==================  ====================================================================================
@@ -20,8 +20,9 @@ from numba import njit
 
 GOAL, LEFT, LOOP, ANCHOR = range(4)
 SHARED = 5  # numbers before those of the waypoints
-OWN = (2, 3, 12, 30)  # how many numbers the waypoints of each kind take
+OWN = (2, 3, 12, 32)  # how many numbers the waypoints of each kind take
 _CORNERS = 9  # of a loop
+_MOST = 3 + 2 * _CORNERS  # waypoints: those of an anchor
 
 
 @njit(cache=True, error_model="numpy")
@@ -43,9 +44,9 @@ def lay_waypoints(kind, start, places, scatter, z, points):  # type: ignore[no-u
     """Write the waypoints of one trial to `points`; returns how many there are.
 
     `places` (2, 2) holds the goal, or in its first entry the turn of a loop, or the two places of an anchor;
-    `scatter` is goal, reach and loop of `planar.Scatter`.
+    `scatter` is goal, reach, loop and bow of `planar.Scatter`.
     """
-    goal, reach, loop = scatter[0], scatter[1], scatter[2]
+    goal, reach, loop, bow = scatter[0], scatter[1], scatter[2], scatter[3]
     points[0] = start
     if kind == GOAL:
         points[1] = places[0] + goal * z[:2]
@@ -58,15 +59,18 @@ def lay_waypoints(kind, start, places, scatter, z, points):  # type: ignore[no-u
         _add_loop(start, start + np.array([0.0, -1.5]), places[0, 0], loop, z, points)
         return _CORNERS
     first, second = places[0] + 0.5 * goal * z[:2], places[1] + 0.5 * goal * z[2:4]
-    came_from = start
+    came_from, count = start, 1
     for k in range(2):
         place = first if k == 0 else second
-        own = z[4 + 13 * k : 17 + 13 * k]
+        own = z[4 + 14 * k : 18 + 14 * k]
         arm = came_from - place
         entry = place + 0.6 * np.exp(loop * own[0]) * arm / np.sqrt(arm[0] ** 2 + arm[1] ** 2)
-        _add_loop(entry, place, 1.0, 0.5 * loop, own[1:], points[1 + _CORNERS * k : 1 + _CORNERS * (k + 1)])
-        came_from = first
-    return 1 + 2 * _CORNERS
+        leg = entry - points[count - 1]
+        points[count, 0] = entry[0] - 0.5 * leg[0] - bow * own[1] * leg[1]
+        points[count, 1] = entry[1] - 0.5 * leg[1] + bow * own[1] * leg[0]
+        _add_loop(entry, place, 1.0, 0.5 * loop, own[2:], points[count + 1 : count + 1 + _CORNERS])
+        came_from, count = first, count + 1 + _CORNERS
+    return count
 
 
 @njit(cache=True, error_model="numpy")
@@ -107,7 +111,7 @@ def place_hand(kind, start, places, scatter, style, pausing, z, time, path):  # 
     Its position without tremor, and how large tremor is there, in [0, 1]. `style` is overlap, bow, pace, and shortest
     and longest pause of `HumanStyle`.
     """
-    points, onsets, spans = np.empty((1 + 2 * _CORNERS, 2)), np.empty(2 * _CORNERS), np.empty(2 * _CORNERS)
+    points, onsets, spans = np.empty((_MOST, 2)), np.empty(_MOST), np.empty(_MOST)
     count = lay_waypoints(kind, start, places, scatter, z[SHARED:], points)
     pace = np.exp(style[2] * min(max(z[0], -1.5), 1.5))
     over = _time_moves(points, count, style[0], pace, onsets, spans)
