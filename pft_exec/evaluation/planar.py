@@ -106,9 +106,8 @@ def perform(label: str, scene: Scene, rng: np.random.Generator, scatter: Scatter
     waypoints = _waypoints(label, start, container, rng, scatter)
     lengths = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
     durations = 0.4 / len(lengths) + 0.25 * lengths  # s: short moves are slow for their length
-    style = (
-        scatter.style if len(waypoints) == 2 else replace(scatter.style, bow=0.0)
-    )  # its legs are bowed, and loops uneven, already
+    is_leg = len(waypoints) == 2  # the waypoints of other motions bow their legs already
+    style = scatter.style if is_leg else replace(scatter.style, bow=0.0)
     path = human_path(_raised(waypoints), None, durations, rng, style, planar=True)
     time: Array = PERIOD * np.arange(int(np.ceil(path.duration / PERIOD)) + 1, dtype=float)
     position, _ = path.at(time)
