@@ -14,7 +14,7 @@ from numba import njit
 from pft_exec.recognition.elementary import exponentiate, take_logarithm
 
 REACH = 5  # the most steps in one tick
-ROWS = 7  # of spare room: slower, mixed (between `REACH` zeros), score, spent, for the logarithm, likely, mass
+ROWS = 6  # of spare room: slower, mixed (between `REACH` zeros), score, spent, for the logarithm, mass
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -173,27 +173,27 @@ def _spend(square, freedom, half, spare):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _weigh(mass, spent, log_scale, extra, weight, negligible, score, spare):  # type: ignore[no-untyped-def]
-    """Forget negligible phases; write factors by which the others gain to `score`. Returns the log of their unit."""
+def _weigh(mass, spent, log_scale, extra, weight, negligible, factor, spare):  # type: ignore[no-untyped-def]
+    """Write factors by which phases gain to `factor`, none for negligible ones. Returns the log of their unit."""
     top = -1e300
     for k in range(len(mass)):
-        score[k] = weight * (log_scale[k] + extra[k] - spent[k])
+        factor[k] = weight * (log_scale[k] + extra[k] - spent[k])
     for k in range(len(mass)):
-        top = max(top, score[k] if mass[k] > negligible else -1e300)
+        top = max(top, factor[k] if mass[k] > negligible else -1e300)
     for k in range(len(mass)):
-        score[k] = min(score[k] - top, 0.0)
-    exponentiate(score, spare)
+        factor[k] = min(factor[k] - top, 0.0)
+    exponentiate(factor, spare)
     for k in range(len(mass)):
-        score[k] = score[k] if mass[k] > negligible else 0.0
-        mass[k] *= score[k]
+        factor[k] = factor[k] if mass[k] > negligible else 0.0
     return top
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _sum_up(mass, left):  # type: ignore[no-untyped-def]
-    """Mass, and sums weighted by it: steps from the window's begin, time left."""
+def _sum_up(mass, factor, left):  # type: ignore[no-untyped-def]
+    """Multiply masses by factors; their sum, and sums weighted by them: steps from the window's begin, time left."""
     total, phase, remaining = 0.0, 0.0, 0.0
     for k in range(len(mass)):
+        mass[k] *= factor[k]
         total += mass[k]
         phase += mass[k] * k
         remaining += mass[k] * left[k]
@@ -201,29 +201,14 @@ def _sum_up(mass, left):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _place(mass, spent, log_scale, extra, worth, likely, spare):  # type: ignore[no-untyped-def]
-    """Write where the hand is, the sample alone being `worth` so much, to `likely`. Returns the log of their unit."""
-    top = -1e300
-    for k in range(len(mass)):
-        likely[k] = worth * (log_scale[k] + extra[k] - spent[k])
-    for k in range(len(mass)):
-        top = max(top, likely[k] if mass[k] > 0.0 else -1e300)
-    for k in range(len(mass)):
-        likely[k] = min(likely[k] - top, 0.0)
-    exponentiate(likely, spare)
-    for k in range(len(mass)):
-        likely[k] *= mass[k]
-    return top
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
-def _mean(likely, values):  # type: ignore[no-untyped-def]
-    """Mean of values over places, and the sum of their weights."""
+def _sum_products(mass, factor, values):  # type: ignore[no-untyped-def]
+    """Sums of masses times factors, and of these times values."""
     total, weighted = 0.0, 0.0
-    for k in range(len(likely)):
-        total += likely[k]
-        weighted += likely[k] * values[k]
-    return weighted / total, total
+    for k in range(len(mass)):
+        here = mass[k] * factor[k]
+        total += here
+        weighted += here * values[k]
+    return total, weighted
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -268,20 +253,20 @@ def filter_sample(  # type: ignore[no-untyped-def]
         for _ in range(ticks):
             high[j] = _predict(state, first, count, low[j], high[j], steps[j], change[j], idle[j], spare)
         begin, end = first + low[j], first + high[j] + 1
-        mass, score, spent = spare[6, : end - begin], spare[2, : end - begin], spare[3, : end - begin]
-        likely, room, scale, said = spare[5, : end - begin], spare[4], log_scale[begin:end], extra[begin:end]
+        mass, score, spent = spare[5, : end - begin], spare[2, : end - begin], spare[3, : end - begin]
+        room, scale, said = spare[4], log_scale[begin:end], extra[begin:end]
         _sum_rates(state, begin, end, mass)
         _square(begin, end, sample, mean, white, gain, turned, signals, heard, signal_mean, signal_scale, spent)
         _spend(spent, freedom[j], 0.5 * (freedom[j] + size), room)
         top = _weigh(mass, spent, scale, said, weight, negligible, score, room)
-        total, phase, remaining = _sum_up(mass, left[begin:end])
+        total, phase, remaining = _sum_up(mass, score, left[begin:end])
         _condition(state, begin, end, score, 1.0 / total)
         out[0, j] = top + np.log(total)
         out[1, j] = min((low[j] + phase / total) / max(count - 1, 1), 1.0)
         out[2, j] = remaining / total
-        _place(mass, spent, scale, said, placing, likely, room)
-        out[3, j] = _mean(likely, spent)[0]
-        now = _place(mass, spent, scale, said, present, likely, room)
-        usual, weighed = _mean(likely, speed[begin:end])
-        out[4, j] = now + np.log(usual * weighed / total)
+        _weigh(mass, spent, scale, said, placing, 0.0, score, room)
+        near, distance = _sum_products(mass, score, spent)
+        out[3, j] = distance / near
+        top = _weigh(mass, spent, scale, said, present, 0.0, score, room)
+        out[4, j] = top + np.log(_sum_products(mass, score, speed[begin:end])[1] / total)
         low[j], high[j] = _possible(mass, low[j], high[j])
