@@ -9,12 +9,12 @@ correlation time c, and the quadratic form of its log density over a time T is
     (r(0)^2 + r(T)^2) / 2 + 1 / (2 c) (integral of r^2 dt) + c / 2 (integral of r'^2 dt).
 
 The integral of r^2 is the filter's evidence, 1 / (2 c) being `PhaseSettings.evidence` a motion; that of r'^2 is for the
-direction to say. What the sum over samples leaves out is the boundary: the present sample counts half an observation of
-its own. It does not add up; each sample makes it anew. Left out, a hand that has just gone another way is believed on
-the old one for as long as the sum remembers. At the other boundary every tube is where the hand is, so that the
-present counts the less, the less was seen since. The present speed belongs to the same observation (see `speed`): place
-and speed must suit one phase together, so that a hand which has stopped at a motion's end is not asked how usual a rest
-is at the phases where a tube of another tempo would be by now.
+direction to say. What the sum over samples leaves out is the boundary: the present sample counts about half an
+observation of its own. It does not add up; each sample makes it anew. Left out, a hand that has just gone another way
+is believed on the old one for as long as the sum remembers. At the other boundary every tube is where the hand is, so
+that the present counts the less, the less was seen since. The present speed belongs to the same observation (see
+`speed`): place and speed must suit one phase together, so that a hand which has stopped at a motion's end is not asked
+how usual a rest is at the phases where a tube of another tempo would be by now.
 
 A person's tempo, how fast they are beside the tubes, is their own: it is estimated on the way, from the time that the
 likely motions would have taken to where they are. The direction of motion is taken over a window, and evidence is
