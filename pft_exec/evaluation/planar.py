@@ -8,7 +8,7 @@ How scattered the people are is not told by the paper. It is set once, so that t
 six shared Gaussians) comes within 8 points of the paper's own 55 % (varying scenes) and 78 % (one scene) at the end of
 the motion: `PEOPLE`, the same people in both. Nothing else was looked at when it was set, and it was left alone since.
 What bows, though, was put right: the straight legs of a motion. Loops and anchors had bowed as a whole, by a share of
-their long way, so that four hands in five flew past one of their places; the README has the figures of both.
+their long way, so that three hands in four flew past one of their places; the README has the figures of both.
 """
 
 from __future__ import annotations
