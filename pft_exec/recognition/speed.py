@@ -1,9 +1,9 @@
 """The speed now: how well it suits the phase, without being counted twice.
 
 In the flow: beside the filter's evidence, which adds up, stands what the present speed says of each phase. It is one
-observation that each sample makes anew: a hand that rests where a motion ends speaks for that motion, against one that
-only passes there, for as long as it rests; when it goes on, nothing of that is left. The N* / N of [Dong2012]_ does
-something like it.
+observation, together with the present place, that each sample makes anew: a hand that rests where a motion ends speaks
+for that motion, against one that only passes there, for as long as it rests; when it goes on, nothing of that is left.
+The N* / N of [Dong2012]_ does something like it.
 
 Demonstrations are cut where the hand no longer goes on, so that a tube's last step still has some speed, and a hand at
 rest would be strange even there. So at the last step, and at those that lie as a motion's own ends do (see `ending`),
